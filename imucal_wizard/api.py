@@ -46,7 +46,7 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.model.effect import Effect
     from imucal_wizard.report.calibration_file import Calibration, Sensor
-    from imucal_wizard.report.exports import Exported
+    from imucal_wizard.report.exports import Exported, ExportSettings
     from imucal_wizard.run.review import ReviewedSession
 
 __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"]
@@ -430,21 +430,29 @@ def load(path: str | os.PathLike[str]) -> "Calibration":
     return read_calibration(Path(path))
 
 
-def export(calibration: "Calibration", target: str, path: str | os.PathLike[str]) -> "Exported":
+def export(
+    calibration: "Calibration",
+    target: str,
+    path: str | os.PathLike[str],
+    settings: "ExportSettings | None" = None,
+) -> "Exported":
     """Write what another program reads, and prove it by reading it back.
 
     Args:
         calibration: to be written.
         target: name of the consumer, as ``imucal-wizard export --list`` prints it.
         path: file to write.
+        settings: what the target needs beyond the calibration, like the present parameters of a
+            flight controller.
 
     Raises:
+        DataError: the data do not determine the smaller model that the target holds.
         UsageError: there is no such target, it cannot hold this calibration, or the file is there
             already and is none of this target.
     """
     from imucal_wizard.report.exports import write_export
 
-    return write_export(calibration, target, Path(path))
+    return write_export(calibration, target, Path(path), settings)
 
 
 class _CallablePackage(ModuleType):

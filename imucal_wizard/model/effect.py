@@ -265,11 +265,37 @@ class Effect(ABC):
         del sensor, c
         return None
 
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """Its columns in C, for firmware: output axis, parameter and expression of each.
+
+        An expression is m/s², rad/s or µT per shown unit, of these numbers: ``x0``, ``x1``, ``x2``,
+        the true input, and ``f0`` … the force, both in data sheet units; ``before0`` … the force in
+        the pose before, g; ``warmth``, °C from the reference; ``time`` since the session's first
+        sample and ``since_middle``, s; ``vibration``, g²; ``current``.
+
+        Returns:
+            Nothing where the effect has no form in C.
+        """
+        del sensor, variant
+        return ()
+
     def error(
         self, sensor: str, c: Circumstances, sizes: FloatArray, variant: float | None = None
     ) -> FloatArray:
         """``ε`` of the input, m/s², rad/s or µT, shape (n, 3), for sizes (p,) in shown units."""
         return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)
+
+
+def c_number(value: float) -> str:
+    """A number as a literal of C's ``float``, with all digits that it has."""
+    return f"{value:.9e}f"
+
+
+def c_step(moment: float | None) -> str:
+    """1 from a moment on, 0 before, in C; from the session's middle on by default."""
+    return "(since_middle >= 0.0f)" if moment is None else f"(time >= {c_number(moment)})"
 
 
 MILLI_G = ACCELERATION_UNITS["mg"]
@@ -359,6 +385,24 @@ class AxisEffect(Effect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """What ``K_i`` multiplies on each axis, in data sheet units, shape (n, 3)."""
 
+    def c_shape(self, variant: float | None) -> str:
+        """``shape`` in C, ``{x}`` being the axis's input; "" where it has none.
+
+        ``{before}`` is the force along the axis in the pose before.
+        """
+        del variant
+        return ""
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        text, factor = self.c_shape(variant), c_number(self.sizes[sensor].si)
+        axes = range(3) if text else ()
+        return tuple(
+            (i, i, f"{factor} * {text.format(x=f'x{i}', before=f'before{i}')}") for i in axes
+        )
+
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """``x``, ``y``, ``z``."""
         return tuple(self.sizes[sensor].parameter(axis) for axis in AXES)
@@ -391,6 +435,20 @@ class ForceEffect(Effect):
     @abstractmethod
     def felt(self, c: Circumstances) -> FloatArray:
         """What the force does, in data sheet units, shape (n, 3)."""
+
+    def c_felt(self) -> tuple[str, ...]:
+        """``felt`` in C; nothing where it has none."""
+        return ()
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del sensor, variant
+        factor, felt = c_number(self.size.si), self.c_felt()
+        return tuple(
+            (i, 3 * i + j, f"{factor} * {one}") for i in range(3) for j, one in enumerate(felt)
+        )
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """Output axis, then input axis."""

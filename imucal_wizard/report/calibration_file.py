@@ -483,6 +483,31 @@ def read_calibration(path: Path) -> Calibration:
             "calibration for this version"
         )
     try:
-        return msgspec.json.decode(data, type=Calibration)
+        found = msgspec.json.decode(data, type=Calibration)
     except msgspec.ValidationError as error:
         raise RecordingError(f"{path} is damaged: {error}") from error
+    for name, sensor in found.sensors.items():
+        wrong = _wrong(sensor)
+        if wrong:
+            raise RecordingError(f"{path} is damaged or was edited: the {name}'s {wrong}")
+    count = len(found.hold_means)
+    if any(
+        not 0 <= k < count for one in found.rotation_increments for k in (one.before, one.after)
+    ):
+        raise RecordingError(f"{path} is damaged or was edited: a rotation names a missing hold")
+    return found
+
+
+def _wrong(sensor: Sensor) -> str:
+    """What of a sensor cannot be applied, or "" if all can."""
+    matrix, bias = sensor.matrix, sensor.bias
+    if len(matrix) != 3 or any(len(row) != 3 for row in matrix):
+        return "matrix is not three rows of three numbers"
+    if len(bias) != 3:
+        return "bias is not three numbers"
+    if np.linalg.matrix_rank(np.array(matrix)) != 3:
+        return "matrix is singular"
+    for one in sensor.effects:
+        if len(one.sizes) != len(one.parameters):
+            return f"{one.term} has {len(one.sizes)} sizes for {len(one.parameters)} parameters"
+    return ""

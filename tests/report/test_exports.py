@@ -2,63 +2,67 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.report.calibration_file import Calibration, Sensor, Value
-from imucal_wizard.report.exports import targets, write_export
-from imucal_wizard.report.measured import HoldMeans
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect
+from imucal_wizard.report.exports import ExportSettings, adafruit, targets, write_export
+from tests.report.devices import (
+    BIAS,
+    DRIFT,
+    FELT,
+    HARD_IRON,
+    IRON,
+    MATRIX,
+    MOUNTED,
+    TURNING,
+    G,
+    calibration,
+)
 
-G = 9.80665
-MATRIX = np.array([[1.02, 0.03, -0.01], [0.0, 0.97, 0.02], [0.0, 0.0, 1.05]])
-BIAS = np.array([0.3, -0.5, 0.8])
-
-
-def calibration(unit: str = "m/s^2") -> Calibration:
-    """An exact calibration far from identity, with the readings of six faces."""
-    up = G * np.concatenate([np.eye(3), -np.eye(3)])
-    readings = up @ np.linalg.inv(MATRIX).T + BIAS
-    means = [
-        HoldMeans(5.0 * k, 5.0 * k + 3.0, row.tolist(), (1e-8 * np.eye(3)).tolist())
-        for k, row in enumerate(readings)
-    ]
-    sensor = Sensor(
-        model=["bias", "scale", "non-orthogonality"],
-        method="least_squares",
-        frame="own",
-        matrix=MATRIX.tolist(),
-        bias=BIAS.tolist(),
-        bias_unit=unit,
-        parameters={},
-        unit="m/s^2",
-        rms_before=0.5,
-        rms_fitted=1e-4,
-        rms_held_out=1e-4,
-    )
-    return Calibration(
-        schema="imucal-wizard/calibration/1",
-        program="0",
-        created="2026-01-01T00:00:00+00:00",
-        source="a test",
-        gravity=Value(G, "m/s^2"),
-        temperature=None,
-        holds=6,
-        rotations=0,
-        sensors={"accelerometer": sensor},
-        hold_means=means,
-    )
+WHOLE = {"json", "numpy", "c-header", "arduino", "ros-imu-calib", "kalibr", "imu_tk", "imucal"}
+"""Targets that hold bias, scale and non-orthogonality."""
+NAMES = (
+    *("json", "numpy", "c-header", "arduino", "ros-imu-calib", "kalibr", "imu_tk", "imucal"),
+    *("adafruit", "ardupilot", "px4", "inav", "betaflight"),
+)
 
 
-@pytest.mark.parametrize("name", list(targets()))
-def test_every_target_reads_back_what_was_written(name: str, tmp_path: Path) -> None:
-    done = write_export(calibration(), name, tmp_path / "out")
-    assert done.rms_before is not None
-    assert done.rms_before > 0.3
-    assert done.rms_calibration == pytest.approx(0.0, abs=1e-12)
-    assert done.rms_exported == pytest.approx(0.0, abs=1e-12)
+def values_of(path: Path) -> dict[str, float]:
+    """The parameters of a file with one name and one number per line."""
+    rows = [line.split() for line in path.read_text().splitlines() if line[0] != "#"]
+    px4 = [row[2:4] for row in rows if len(row) == 5]
+    return {name: float(value) for name, value in px4 or rows}
+
+
+def xyz(values: dict[str, float], names: str) -> FloatArray:
+    """The values of three axes."""
+    return np.array([values[names.format(axis)] for axis in "XYZ"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_target_is_proven_by_what_the_file_has_measured(name: str, tmp_path: Path) -> None:
+    """The device is known: a whole model is exact, a smaller one lies between nothing and it."""
+    done = write_export(calibration(felt=False), name, tmp_path / "out")
+    for sensor, one in done.sensors.items():
+        assert one.rms_calibration < 1e-5
+        if name in WHOLE or sensor == "magnetometer":
+            assert one.rms_exported < 2e-4
+        elif one.rms_before is not None and sensor == "accelerometer":
+            assert 10.0 * one.rms_calibration < one.rms_exported < one.rms_before
+    assert done.sensors["accelerometer"].rms_exported == done.rms_exported
+    assert done.direction
+    assert all(path.exists() for path in done.files)
+
+
+def test_a_target_is_found_by_its_file_alone() -> None:
+    assert set(targets()) == set(NAMES)
 
 
 def test_the_bias_of_imu_calib_acts_after_the_matrix(tmp_path: Path) -> None:
@@ -71,11 +75,266 @@ def test_the_bias_of_imu_calib_acts_after_the_matrix(tmp_path: Path) -> None:
     np.testing.assert_allclose(found["bias"], MATRIX @ BIAS, rtol=1e-15)
 
 
+def forces_and_rates() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """True forces and rates of no particular kind, and what the device reads of them."""
+    random = np.random.default_rng(8)
+    force, rate = random.standard_normal((50, 3)) * 9.0, random.standard_normal((50, 3))
+    felt = force / G @ np.radians(FELT).T
+    read = force @ np.linalg.inv(MATRIX).T + BIAS
+    return force, rate, read, (rate + felt) @ TURNING.T + DRIFT
+
+
+def test_imucal_itself_corrects_both_sensors_with_its_file(tmp_path: Path) -> None:
+    """Its K_ga acts in the reading: K_ga = S · G, with S far from one."""
+    path = tmp_path / "imu.json"
+    write_export(calibration(), "imucal", path)
+    found = json.loads(path.read_text())
+    expected = TURNING @ np.radians(FELT) / G
+    np.testing.assert_allclose(found["K_ga"], expected, rtol=1e-12)
+    assert np.abs(expected - np.radians(FELT) / G).max() > 0.2 * np.abs(expected).max()
+    imucal = pytest.importorskip("imucal", reason="imucal is not installed (extra test-exports)")
+    force, rate, read_a, read_g = forces_and_rates()
+    loaded = imucal.CalibrationInfo.from_json_file(path)
+    acc, gyr = loaded.calibrate(read_a, read_g, acc_unit="m/s^2", gyr_unit="rad/s")
+    np.testing.assert_allclose(acc, force, atol=1e-10)
+    np.testing.assert_allclose(np.radians(gyr), rate, atol=1e-10)
+
+
+def kalibr_matrices(path: Path) -> dict[str, FloatArray]:
+    """Matrices of an ``imu.yaml`` by section and name."""
+    found: dict[str, list[list[float]]] = {}
+    section, name = "", ""
+    for line in path.read_text().splitlines():
+        if line.startswith("  - "):
+            found.setdefault(f"{section}/{name}", []).append(json.loads(line[4:]))
+        elif line.endswith(":"):
+            section, name = (section, line.strip(" :")) if line[0] == " " else (line[:-1], "")
+    return {key: np.array(rows) for key, rows in found.items()}
+
+
+def test_kalibrs_model_makes_the_readings_of_true_values(tmp_path: Path) -> None:
+    """``y = M C w + A (C a) + b`` in a body frame in which the accelerometer's M is lower."""
+    path = tmp_path / "imu.yaml"
+    done = write_export(calibration(), "kalibr", path)
+    assert done.sensors["gyroscope"].rms_exported < 2e-4
+    m = kalibr_matrices(path)
+    M_a, M, A = m["accelerometers/M"], m["gyroscopes/M"], m["gyroscopes/A"]
+    C = m["gyroscopes/C_gyro_i"]
+    force, rate, read_a, read_g = forces_and_rates()
+    for one in (M_a, M):
+        np.testing.assert_allclose(np.triu(one, 1), 0.0, atol=1e-12)
+    np.testing.assert_allclose(C @ C.T, np.eye(3), atol=1e-12)
+    body = np.linalg.solve(M_a, np.linalg.inv(MATRIX))  # ours to Kalibr's body frame
+    np.testing.assert_allclose(body @ body.T, np.eye(3), atol=1e-12)
+    a, w = force @ body.T, rate @ body.T
+    np.testing.assert_allclose(a @ M_a.T + BIAS, read_a, atol=1e-10)
+    np.testing.assert_allclose(w @ C.T @ M.T + a @ C.T @ A.T + DRIFT, read_g, atol=1e-10)
+    assert path.read_text().count("noise_density") == 2
+
+
+def test_the_noise_of_an_allan_deviation_replaces_typical_values(tmp_path: Path) -> None:
+    noise = {"accelerometer": {"white": 1e-3, "random_walk": 2e-4}}
+    path = tmp_path / "imu.yaml"
+    done = write_export(calibration(), "kalibr", path, ExportSettings(noise=noise))
+    lines = dict(line.split(":")[:2] for line in path.read_text().splitlines() if ": " in line)
+    assert float(lines["accelerometer_noise_density"].split()[0]) == 1e-3
+    assert float(lines["accelerometer_random_walk"].split()[0]) == 2e-4
+    assert any("random walk of the gyroscope" in note for note in done.notes)
+
+
+def test_imu_tk_reads_upper_unit_triangles(tmp_path: Path) -> None:
+    path = tmp_path / "acc.calib"
+    done = write_export(calibration(felt=False), "imu_tk", path)
+    T, K, B = np.split(np.array(path.read_text().split(), float), (9, 18))
+    T, K = T.reshape(3, 3), K.reshape(3, 3)
+    np.testing.assert_array_equal(np.diag(T), 1.0)
+    np.testing.assert_array_equal(np.tril(T, -1), 0.0)
+    np.testing.assert_allclose(T @ K, MATRIX, rtol=1e-14)
+    np.testing.assert_array_equal(B, BIAS)
+    assert [one.name for one in done.files] == ["acc.calib", "acc_gyro.calib"]
+
+
+def best_axes(scaled: bool) -> tuple[FloatArray, FloatArray]:
+    """Offset and scale that fit the device's readings best, found by another optimiser."""
+    from scipy.optimize import least_squares
+
+    readings = calibration().means()
+
+    def errors(p: FloatArray) -> FloatArray:
+        scale = p[3:] if scaled else 1.0
+        return np.asarray(np.linalg.norm((readings - p[:3]) * scale, axis=1) - G)
+
+    found = least_squares(errors, np.r_[0, 0, 0, 1, 1, 1][: 6 if scaled else 3], xtol=1e-14).x
+    return found[:3], found[3:] if scaled else np.ones(3)
+
+
+def test_a_smaller_model_is_the_best_one_and_not_cut_out_of_the_matrix(tmp_path: Path) -> None:
+    done = write_export(calibration(felt=False), "ardupilot", tmp_path / "v.param")
+    found = values_of(tmp_path / "v.param")
+    offset, scale = best_axes(scaled=True)
+    np.testing.assert_allclose(xyz(found, "INS_ACCOFFS_{}"), offset, atol=2e-5)
+    np.testing.assert_allclose(xyz(found, "INS_ACCSCAL_{}"), scale, atol=2e-6)
+    cut = (calibration().means() - BIAS) * np.diag(MATRIX)
+    assert done.rms_exported is not None
+    assert done.rms_exported < 0.97 * np.std(np.linalg.norm(cut, axis=1) - G)
+    assert any("fitted again without non-orthogonality" in note for note in done.notes)
+
+
+def test_offsets_alone_are_the_best_offsets(tmp_path: Path) -> None:
+    write_export(calibration(felt=False), "adafruit", tmp_path / "c.json")
+    document = json.loads((tmp_path / "c.json").read_text())
+    np.testing.assert_allclose(document["accel_zerog"], best_axes(scaled=False)[0], atol=1e-4)
+    assert list(document) == [
+        *("mag_hardiron", "mag_softiron", "mag_field", "gyro_zerorate", "accel_zerog"),
+    ]
+
+
+@pytest.mark.parametrize("name", ["adafruit", "px4"])
+def test_a_symmetric_magnetometer_loses_its_alignment_and_says_so(
+    name: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "mag.txt"
+    done = write_export(calibration(felt=False), name, path)
+    if name == "adafruit":
+        document = json.loads(path.read_text())
+        soft, hard = np.reshape(document["mag_softiron"], (3, 3)), document["mag_hardiron"]
+        assert document["mag_field"] == pytest.approx(48.0, rel=1e-6)
+    else:
+        values = values_of(path)
+        soft = np.diag(xyz(values, "CAL_MAG0_{}SCALE"))
+        x, y, z = xyz(values, "CAL_MAG0_{}ODIAG")
+        soft += np.array([[0, x, y], [x, 0, z], [y, z, 0]])
+        hard = 100.0 * xyz(values, "CAL_MAG0_{}OFF")
+    np.testing.assert_allclose(soft, IRON, atol=1e-8)
+    np.testing.assert_allclose(hard, HARD_IRON, rtol=1e-8)
+    angle = np.degrees(np.arctan2(MOUNTED[1, 0], MOUNTED[0, 0]))
+    lost = [text for text in done.cannot_hold if "alignment of the magnetometer" in text]
+    assert f"{angle:.2f}°" in lost[0]
+
+
+def test_motioncals_packet_is_the_one_that_its_firmware_takes() -> None:
+    """A packet of the wire format's description, with its checksum."""
+    packet = bytes.fromhex(
+        "7554cdcc4c3dcdccccbd9a99193e6f12833a6f1203bba69b443b000048410000e8c00000f041000042"
+        "42ae47813f48e17a3f5c8f823fa69b443b6f1283bb0ad7a33bfe0d"
+    )
+    sent = adafruit._received(packet)
+    np.testing.assert_allclose(sent[:3], [0.05, -0.1, 0.15], rtol=1e-6)
+    np.testing.assert_allclose(sent[6:10], [12.5, -7.25, 30.0, 48.5], rtol=1e-6)
+    with pytest.raises(ValueError, match="no packet"):
+        adafruit._received(packet[:-1] + b"\0")
+
+
+OFFSET, SCALE = np.array([0.1, -0.2, 0.05]), np.array([1.02, 0.98, 1.01])
+BOTH = (*zip("XYZ", OFFSET, strict=True),), (*zip("XYZ", SCALE, strict=True),)
+PRESENT = {
+    "ardupilot": "\n".join(
+        [f"INS_ACCOFFS_{axis} {value}" for axis, value in BOTH[0]]
+        + [f"INS_ACCSCAL_{axis},{value}" for axis, value in BOTH[1]]
+    ),
+    "px4": "# a comment\n1 1 CAL_ACC0_ID 1310988 6\n"
+    + "\n".join(
+        [f"1\t1\tCAL_ACC0_{axis}OFF\t{value}\t9" for axis, value in BOTH[0]]
+        + [f"1\t1\tCAL_ACC0_{axis}SCALE\t{value}\t9" for axis, value in BOTH[1]]
+    ),
+}
+"""What a controller corrected already."""
+
+
+@pytest.mark.parametrize("name", list(PRESENT))
+def test_what_the_controller_corrected_is_composed_and_not_corrected_twice(
+    name: str, tmp_path: Path
+) -> None:
+    """The new file, applied to what the sensor read, does both corrections at once."""
+    settings = ExportSettings(present=PRESENT[name].encode())
+    done = write_export(calibration(felt=False), name, tmp_path / "v", settings)
+    alone = write_export(calibration(felt=False), name, tmp_path / "w")
+    assert done.rms_exported == pytest.approx(alone.rms_exported, rel=1e-3)
+    values = values_of(tmp_path / "v")
+    words = (
+        ("INS_ACCOFFS_{}", "INS_ACCSCAL_{}")
+        if name == "ardupilot"
+        else (
+            "CAL_ACC0_{}OFF",
+            "CAL_ACC0_{}SCALE",
+        )
+    )
+    offset, scale = (xyz(values, word) for word in words)
+    corrected = calibration().means()
+    raw = corrected / SCALE + OFFSET
+    best, gain = best_axes(scaled=True)
+    np.testing.assert_allclose(scale * (raw - offset), gain * (corrected - best), atol=1e-4)
+    if name == "px4":
+        assert values["CAL_ACC0_ID"] == 1310988
+
+
+def test_inav_and_betaflight_have_whole_counts(tmp_path: Path) -> None:
+    offset, scale = best_axes(scaled=True)
+    write_export(calibration(felt=False), "inav", tmp_path / "i.txt")
+    lines = [one for one in (tmp_path / "i.txt").read_text().splitlines() if one[0] != "#"]
+    zero = np.rint(offset * 2048 / G).astype(int)
+    gain = np.rint(4096 * scale).astype(int)
+    expected = [f"set acczero_{a} = {v}" for a, v in zip("xyz", zero, strict=True)]
+    expected += [f"set accgain_{a} = {v}" for a, v in zip("xyz", gain, strict=True)]
+    assert lines == [*expected, "save"]
+    done = write_export(
+        calibration(felt=False), "betaflight", tmp_path / "b.txt", ExportSettings(counts_per_g=512)
+    )
+    x, y, z = np.rint(best_axes(scaled=False)[0] * 512 / G).astype(int)
+    assert f"set acc_calibration = {x},{y},{z},1" in (tmp_path / "b.txt").read_text()
+    assert "scale and non-orthogonality of the accelerometer" in done.cannot_hold
+
+
+def warm(made: Calibration) -> Calibration:
+    """Another accelerometer: axes at right angles, and a bias on x of 3 mg/°C."""
+    gains, holds = np.diag(MATRIX), []
+    for k, hold in enumerate(made.hold_means):
+        degrees = 20.0 + 7.0 * k % 11
+        force = MATRIX @ (np.array(hold.accelerometer) - BIAS)
+        force[0] += 3.0e-3 * G * (degrees - 25.0)
+        reading = (force / gains + BIAS).tolist()
+        holds.append(msgspec.structs.replace(hold, accelerometer=reading, temperature=degrees))
+    effect = SavedEffect(
+        term="bias-temperature",
+        sensor="accelerometer",
+        equation="",
+        parameters=["x", "y", "z"],
+        sizes=[3.0, 0.0, 0.0],
+        unit="mg/°C",
+        reference_temperature=25.0,
+    )
+    sensor = made["accelerometer"]
+    sensor = msgspec.structs.replace(
+        sensor,
+        matrix=np.diag(gains).tolist(),
+        effects=[effect],
+        model=[*sensor.model, "bias-temperature"],
+    )
+    return msgspec.structs.replace(
+        made, hold_means=holds, sensors={**made.sensors, "accelerometer": sensor}
+    )
+
+
+@pytest.mark.parametrize("name", ["ardupilot", "px4"])
+def test_the_temperature_is_corrected_as_it_was_fitted(name: str, tmp_path: Path) -> None:
+    done = write_export(warm(calibration(felt=False)), name, tmp_path / "v")
+    assert done.rms_exported == pytest.approx(0.0, abs=2e-4)
+    values = values_of(tmp_path / "v")
+    if name == "ardupilot":
+        slope = values["INS_TCAL1_ACC1_X"] / 1e6
+        assert values["INS_TCAL1_ENABLE"] == 1
+    else:
+        slope = values["TC_A0_X1_0"]
+        assert values["TC_A_ENABLE"] == 1
+    assert slope == pytest.approx(3e-3 * G / MATRIX[0, 0], rel=1e-3)
+
+
 def test_a_file_of_another_kind_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "notes.yaml"
     path.write_text("keep: this\n")
-    with pytest.raises(UsageError, match="is there already and is no file for ros-imu-calib"):
-        write_export(calibration(), "ros-imu-calib", path)
+    for name in (*WHOLE, "inav"):
+        with pytest.raises(UsageError, match=f"is there already and is no file for {name}"):
+            write_export(calibration(felt=False), name, path)
     assert path.read_text() == "keep: this\n"
 
 
@@ -93,31 +352,64 @@ def test_an_unknown_target_is_told_with_those_that_there_are(tmp_path: Path) -> 
 def test_the_command_proves_what_it_writes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    saved = calibration().save(tmp_path / "my.json")
-    assert cli.main(["export", str(saved), "--to", "ros-imu-calib", "--json", "-"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    saved = calibration(felt=False).save(tmp_path / "my.json")
+    assert cli.main(["export", str(saved), "--to", "imucal", "--json", "-"]) == 0
+    document: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert document["schema"] == "imucal-wizard/export/1"
-    assert document["rms_exported"] == pytest.approx(0.0, abs=1e-12)
-    assert Path(document["path"]).name == "my.ros-imu-calib.yaml"
-    assert cli.main(["export", str(saved), "--to", "ros-imu-calib"]) == 0
-    assert "SM · raw − bias" in capsys.readouterr().out
+    assert document["rms_exported"] == pytest.approx(0.0, abs=1e-6)
+    assert document["sensors"]["gyroscope"]["unit"] == "rad"
+    assert Path(document["path"]).name == "my.imucal.json"
+    assert cli.main(["export", str(saved), "--to", "adafruit"]) == 0
+    said = capsys.readouterr().out
+    for words in (
+        "S (m − hardiron)",
+        "cannot hold: effects",
+        "note: gyroscope: fitted again",
+    ):
+        assert words in said
+    assert said.count("written: ") == 2
 
 
 def test_the_targets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["export", "--list", "--json", "-"]) == 0
     listed = json.loads(capsys.readouterr().out)["targets"]
-    assert {"json", "ros-imu-calib"} <= {one["name"] for one in listed}
+    assert {one["name"] for one in listed} == set(NAMES)
     assert all(one["title"] for one in listed)
 
 
-def test_a_calibration_of_an_older_version_is_exported_without_a_proof(
+def test_a_calibration_of_an_older_version_is_exported_whole_and_without_a_proof(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Its file has no holds to apply the export to."""
+    """Its file has no holds to apply the export to, nor to fit a smaller model to."""
     old = Path(__file__).parents[1] / "golden" / "data" / "calibration.json"
-    path = tmp_path / "imu.yaml"
-    assert cli.main(["export", str(old), "--to", "ros-imu-calib", "-o", str(path)]) == 0
+    assert cli.main(["export", str(old), "--to", "json", "-o", str(tmp_path / "o.json")]) == 0
     assert "not proven" in capsys.readouterr().out
+    assert cli.main(["export", str(old), "--to", "px4", "-o", str(tmp_path / "o.params")]) == 2
+    assert "an older version wrote it" in capsys.readouterr().err
+    assert not (tmp_path / "o.params").exists()
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        (lambda one: one["sensors"]["accelerometer"]["matrix"].pop(), "three rows"),
+        (lambda one: one["sensors"]["accelerometer"]["matrix"][0].__setitem__(0, 0.0), "singular"),
+        (lambda one: one["sensors"]["accelerometer"]["bias"].append(1.0), "three numbers"),
+        (lambda one: one["sensors"]["gyroscope"]["effects"][0]["sizes"].pop(), "8 sizes for 9"),
+        (lambda one: one["hold_means"].pop(), "missing hold"),
+    ],
+)
+def test_a_file_edited_by_hand_is_refused_with_what_is_wrong(
+    edit: Any, says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    saved = calibration().save(tmp_path / "my.json")
+    document = json.loads(saved.read_text())
+    edit(document)
+    saved.write_text(json.dumps(document))
+    assert cli.main(["export", str(saved), "--to", "json"]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
 
 
 def test_the_calibration_itself_is_never_written_over(

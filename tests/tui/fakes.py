@@ -26,7 +26,7 @@ from imucal_wizard.guide.state import (
     StillStatus,
 )
 from imucal_wizard.measurement.holds import Collected, Hold
-from imucal_wizard.report.exports import Exported, ExportTarget, targets
+from imucal_wizard.report.exports import Exported, ExportErrors, ExportTarget, targets
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.services import Saved
 from imucal_wizard.tui.sources import SampleSource, SourceChoice
@@ -308,7 +308,10 @@ def diagnoses() -> dict[str, Diagnosis]:
 def exported() -> Exported:
     """What an export says of itself."""
     lost = ("the gyroscope",)
-    return Exported("ros-imu-calib", Path("a.yaml"), "a = SM · (b − y)", lost, 0.3, 0.001, 0.001)
+    errors = {"accelerometer": ExportErrors(0.3, 0.001, 0.001, "m/s^2")}
+    path = Path("a.yaml")
+    told = ("ros-imu-calib", path, "a = SM · (b − y)", lost, 0.3, 0.001, 0.001)
+    return Exported(*told, files=(path,), sensors=errors)
 
 
 @dataclass

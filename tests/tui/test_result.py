@@ -192,7 +192,7 @@ async def test_the_saved_calibration_is_written_for_another_program_by_one_key()
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "x export")
         await pilot.press("x")
-        await shows(pilot, "export for", "imu_calib")
+        await shows(pilot, "export for", "ArduPilot")
         await pilot.press("enter")
         await shows(pilot, "✓ a.yaml", "0.102 mg", "▲ not in this file: the gyroscope")
         await pilot.press("escape")

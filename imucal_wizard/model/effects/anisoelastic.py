@@ -72,6 +72,10 @@ class Anisoelastic(ForceEffect):
         pairs = [AXES[j] + AXES[k] for j, k in _PAIRS]
         return tuple(self.size.parameter(out + pair) for out in AXES for pair in pairs)
 
+    def c_felt(self) -> tuple[str, str, str]:
+        """See ``ForceEffect``."""
+        return ("f0 * f1", "f0 * f2", "f1 * f2")
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose."""
         del sensor

@@ -84,6 +84,11 @@ class Asymmetry(AxisEffect):
         del variant
         return np.abs(sensed(sensor, c))
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "fabsf({x})"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A gyroscope must have been turned in both senses."""
         return requirements.both_senses(sensor, c)

@@ -7,12 +7,14 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
+    DEGREE,
     GYROSCOPE,
     Circumstances,
     Effect,
     EffectParameter,
     Size,
     Story,
+    c_number,
 )
 
 _SIZE = Size(
@@ -74,6 +76,19 @@ class AxisDelay(Effect):
         return np.asarray(
             np.stack([_SIZE.si * w[:, [i]] * np.cross(w, np.eye(3)[i]) for i in range(3)], axis=2)
         )
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del variant
+        del sensor
+        # w × e_i, the rates in °/s
+        factor, found = c_number(_SIZE.si * DEGREE**2), []
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            found += [(j, i, f"{factor} * x{i} * x{k}"), (k, i, f"-{factor} * x{i} * x{j}")]
+        return tuple(found)
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """The device must have been turned."""

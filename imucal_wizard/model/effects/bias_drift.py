@@ -109,6 +109,11 @@ class BiasDrift(BiasEffect):
         del variant
         return (c.time - c.reference_time) / _MINUTE
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "since_middle / 60.0f"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A session of more than a minute."""
         del sensor

@@ -16,6 +16,7 @@ from imucal_wizard.model.effect import (
     Circumstances,
     Size,
     Story,
+    c_step,
     step_moments,
 )
 
@@ -87,6 +88,10 @@ class BiasStep(BiasEffect):
         """0 before the moment, 1 from it on; the middle of the session when none is given."""
         moment = c.reference_time if variant is None else variant
         return np.asarray(c.time >= moment, np.float64)
+
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        return c_step(variant)
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Enough holds on either side, in a session of more than a minute."""

@@ -115,6 +115,11 @@ class BiasTemperature(BiasEffect):
         del variant
         return warmth(c)
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "warmth"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Known temperatures that differ."""
         del sensor

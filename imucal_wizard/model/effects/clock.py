@@ -15,6 +15,7 @@ from imucal_wizard.model.effect import (
     EffectParameter,
     Size,
     Story,
+    c_number,
     sensed,
 )
 
@@ -74,6 +75,14 @@ class Clock(Effect):
         del variant
         minutes = (c.time - c.reference_time) / 60.0
         return np.asarray(_SIZE.si * (sensed(sensor, c) * minutes[:, None])[:, :, None])
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del sensor, variant
+        factor = c_number(_SIZE.si)
+        return tuple((i, 0, f"{factor} * since_middle / 60.0f * x{i}") for i in range(3))
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Rotations in a session of more than a minute."""

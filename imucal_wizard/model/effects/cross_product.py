@@ -17,6 +17,7 @@ from imucal_wizard.model.effect import (
     EffectParameter,
     Size,
     Story,
+    c_number,
     sensed,
 )
 
@@ -101,6 +102,18 @@ class CrossProduct(Effect):
         for axis in range(3):
             columns[:, axis, 3 * axis : 3 * axis + 3] = products
         return columns
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del variant
+        factor = c_number(_SIZES[sensor].si)
+        return tuple(
+            (axis, 3 * axis + place, f"{factor} * x{j} * x{k}")
+            for axis in range(3)
+            for place, (j, k) in enumerate(_PAIRS)
+        )
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A gyroscope must have been turned."""

@@ -14,6 +14,7 @@ from imucal_wizard.model.effect import (
     EffectParameter,
     Size,
     Story,
+    c_number,
     sensed,
 )
 
@@ -76,3 +77,14 @@ class CubicCross(Effect):
         for place, (i, j) in enumerate(_PAIRS):
             columns[:, i, place] = _SIZE.si * x[:, i] * x[:, j] ** 2
         return columns
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del variant
+        del sensor
+        factor = c_number(_SIZE.si)
+        return tuple(
+            (i, place, f"{factor} * x{i} * x{j} * x{j}") for place, (i, j) in enumerate(_PAIRS)
+        )

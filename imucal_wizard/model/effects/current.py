@@ -70,6 +70,11 @@ class Current(BiasEffect):
         del variant
         return c.current
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "current"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A known current that changes."""
         del sensor

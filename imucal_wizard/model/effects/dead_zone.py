@@ -65,3 +65,8 @@ class DeadZone(AxisEffect):
         """``−sign(x_i)``, softened within the usual zone."""
         del variant
         return -np.clip(sensed(sensor, c) / USUAL_WIDTH, -1.0, 1.0)
+
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return f"-fminf(fmaxf({{x}} / {USUAL_WIDTH!r}f, -1.0f), 1.0f)"

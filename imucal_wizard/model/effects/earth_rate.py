@@ -14,6 +14,7 @@ from imucal_wizard.model.effect import (
     EffectParameter,
     Size,
     Story,
+    c_number,
 )
 
 EARTH_RATE = 7.292115e-5
@@ -71,6 +72,15 @@ class EarthRate(Effect):
         length = np.linalg.norm(c.force, axis=1, keepdims=True)
         up = np.divide(c.force, length, out=np.zeros_like(c.force), where=length > 0.0)
         return np.asarray(DEGREE_PER_HOUR * up[:, :, None], np.float64)
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del variant
+        del sensor
+        factor, length = c_number(DEGREE_PER_HOUR), "sqrtf(f0 * f0 + f1 * f1 + f2 * f2)"
+        return tuple((i, 0, f"{factor} * f{i} / {length}") for i in range(3))
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose; the heading is lacking always and is told in the lesson."""

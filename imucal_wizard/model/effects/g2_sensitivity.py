@@ -54,6 +54,10 @@ class G2Sensitivity(ForceEffect):
         """``f_j²``, g²."""
         return (c.force / ACCELERATION_UNITS["g"]) ** 2
 
+    def c_felt(self) -> tuple[str, str, str]:
+        """See ``ForceEffect``."""
+        return ("f0 * f0", "f1 * f1", "f2 * f2")
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose."""
         del sensor

@@ -47,6 +47,10 @@ class GSensitivity(ForceEffect):
         """``f_j``, g."""
         return c.force / ACCELERATION_UNITS["g"]
 
+    def c_felt(self) -> tuple[str, str, str]:
+        """See ``ForceEffect``."""
+        return ("f0", "f1", "f2")
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """More than one pose."""
         del sensor

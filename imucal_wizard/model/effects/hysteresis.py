@@ -62,6 +62,11 @@ class Hysteresis(AxisEffect):
         del sensor, variant
         return np.nan_to_num(c.previous, nan=0.0) / ACCELERATION_UNITS["g"]
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "{before}"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Known poses before that differ."""
         del sensor

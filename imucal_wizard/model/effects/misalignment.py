@@ -14,6 +14,7 @@ from imucal_wizard.model.effect import (
     EffectParameter,
     Size,
     Story,
+    c_number,
 )
 
 
@@ -64,6 +65,18 @@ class Misalignment(Effect):
         del sensor, variant
         turned = np.cross(c.magnetic[:, None, :], np.eye(3))
         return np.asarray(self.size.si * np.swapaxes(turned, 1, 2))
+
+    def c_columns(
+        self, sensor: str, variant: float | None = None
+    ) -> tuple[tuple[int, int, str], ...]:
+        """See ``Effect``."""
+        del variant
+        del sensor
+        factor, found = c_number(self.size.si), []
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            found += [(j, i, f"{factor} * x{k}"), (k, i, f"-{factor} * x{j}")]
+        return tuple(found)
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """The magnitude of the field does not depend on it: the dip in still poses does."""

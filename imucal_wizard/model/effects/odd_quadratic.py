@@ -59,3 +59,8 @@ class OddQuadratic(AxisEffect):
         del variant
         x = sensed(sensor, c)
         return x * np.abs(x)
+
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "{x} * fabsf({x})"

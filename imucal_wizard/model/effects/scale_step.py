@@ -17,6 +17,7 @@ from imucal_wizard.model.effect import (
     Circumstances,
     Size,
     Story,
+    c_step,
     sensed,
     step_moments,
 )
@@ -94,6 +95,10 @@ class ScaleStep(AxisEffect):
         """``x_i`` from the moment on, g or °/s; the middle of the session when none is given."""
         moment = c.reference_time if variant is None else variant
         return np.asarray(sensed(sensor, c) * (c.time >= moment)[:, None], np.float64)
+
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        return f"{c_step(variant)} * {{x}}"
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Enough holds on either side, in a session of more than a minute; rotations."""

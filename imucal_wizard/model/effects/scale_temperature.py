@@ -87,6 +87,11 @@ class ScaleTemperature(AxisEffect):
         del variant
         return warmth(c)[:, None] * sensed(sensor, c)
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "warmth * {x}"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Known temperatures that differ; a gyroscope must have been turned."""
         return requirements.temperatures(c) or requirements.rotations(sensor, c)

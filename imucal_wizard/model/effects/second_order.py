@@ -87,6 +87,11 @@ class SecondOrder(AxisEffect):
         del variant
         return sensed(sensor, c) ** 2
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "{x} * {x}"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A gyroscope must have been turned in both senses."""
         return requirements.both_senses(sensor, c)

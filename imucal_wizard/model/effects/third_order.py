@@ -79,6 +79,11 @@ class ThirdOrder(AxisEffect):
         del variant
         return sensed(sensor, c) ** 3
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "{x} * {x} * {x}"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A gyroscope must have been turned."""
         return requirements.rotations(sensor, c)

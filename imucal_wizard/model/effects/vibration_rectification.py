@@ -63,6 +63,11 @@ class VibrationRectification(BiasEffect):
         del variant
         return np.nan_to_num(c.vibration, nan=0.0) / ACCELERATION_UNITS["g"] ** 2
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "vibration"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Quiet and shaky poses."""
         del sensor

@@ -95,6 +95,10 @@ class WarmUp(BiasEffect):
         """``exp(−t/τ)``."""
         return np.exp(-c.time / (USUAL_TIME_CONSTANT if variant is None else variant))
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        return f"expf(-time / {float(USUAL_TIME_CONSTANT if variant is None else variant)!r}f)"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """A session of more than a minute."""
         del sensor

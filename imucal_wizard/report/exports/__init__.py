@@ -1,25 +1,46 @@
 """Exports for other programs, one file per target, found by discovery.
 
 A file of this folder defines ``TARGET``, an ``ExportTarget``. Its ``read`` follows the other
-program's own formula, not ``write``: every export is read back and applied to the holds in the
-calibration, so that an error in ``write`` shows at once.
+program's own formula and rounding, not ``write``: every export is read back and applied to what
+the calibration file has measured, so that an error in ``write`` shows at once. What the program
+does not know is not cut out of the matrix: the smaller model is fitted again (``reduced``).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
 
-import numpy as np
-
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
-from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.proof import SI_UNITS, Correction, Proof, nominal, own
+from imucal_wizard.report.reduced import Kept, reduced
 
-Correction = Callable[[FloatArray], FloatArray]
-"""Accelerometer readings, shape (n, 3), to corrected ones, m/s²."""
+FORWARD = "from the reading to the corrected value"
+BACKWARD = "from the true value to the reading: matrices are inverse to those of this program"
+Files = Mapping[str, bytes]
+"""Contents by what follows the stem of the path; "" is the path itself."""
+
+
+@dataclass(frozen=True)
+class ExportSettings:
+    """What a target may need beyond the calibration.
+
+    Attributes:
+        present: a parameter file that the flight controller applied while it was recorded, or None
+            where the readings are those of the bare sensor.
+        noise: figures of an Allan deviation by sensor: ``white`` and ``random_walk``, SI.
+        slot: number of the sensor in the flight controller, from 0.
+        counts_per_g: of a flight controller that counts; None for the usual number.
+    """
+
+    present: bytes | None = None
+    noise: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    slot: int = 0
+    counts_per_g: float | None = None
 
 
 @dataclass(frozen=True)
@@ -32,11 +53,16 @@ class ExportTarget:
         formula: of the program.
         suffix: of its files.
         cannot_hold: what its file cannot hold.
-        holds_effects: whether it also corrects effects.
-        write: makes the file's content. It raises ``UsageError`` if the target cannot hold the
-            calibration at all.
-        read: makes the program's correction from the file's content. It raises ``ValueError`` for
-            a file of another kind.
+        keeps: what it knows of each sensor; one that is not there is left out.
+        write: makes the files from the calibration reduced to ``keeps``. It raises ``UsageError``
+            if the target cannot hold the calibration at all.
+        read: makes the program's correction of each sensor from the files. It raises ``ValueError``
+            for files of another kind.
+        direction: in which the formula acts.
+        counts: whether it takes readings in counts.
+        loses: what else of a calibration it loses, in words.
+        notes: what the user must know or do.
+        frame: whether the accelerometer and the gyroscope share a body frame of its own.
     """
 
     name: str
@@ -44,9 +70,31 @@ class ExportTarget:
     formula: str
     suffix: str
     cannot_hold: tuple[str, ...]
-    holds_effects: bool
-    write: Callable[[Calibration], bytes]
-    read: Callable[[bytes], Correction]
+    keeps: Mapping[str, Kept]
+    write: Callable[[Calibration, ExportSettings], Files]
+    read: Callable[[Files, ExportSettings], Mapping[str, Correction]]
+    direction: str = FORWARD
+    counts: bool = True
+    loses: Callable[[Calibration], tuple[str, ...]] = lambda _calibration: ()
+    notes: Callable[[Calibration, ExportSettings], tuple[str, ...]] = lambda _one, _settings: ()
+    frame: bool = False
+
+
+@dataclass(frozen=True)
+class ExportErrors:
+    """Errors of one sensor on what the calibration file has measured.
+
+    Attributes:
+        rms_before: of the readings as they are, or None for counts.
+        rms_calibration: by the calibration.
+        rms_exported: by the written file in the program's formula.
+        unit: of the errors.
+    """
+
+    rms_before: float | None
+    rms_calibration: float
+    rms_exported: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -58,11 +106,15 @@ class Exported:
         path: the file.
         formula: of the program.
         cannot_hold: what of this calibration the file does not have.
-        rms_before: of ``|reading| − g`` over the holds, or None for counts.
-        rms_calibration: of ``|corrected| − g`` over the holds, by the calibration; None where the
-            calibration file has no holds.
+        rms_before: of the first sensor of ``sensors``; None for counts or where nothing is proven.
+        rms_calibration: the same by the calibration.
         rms_exported: the same by the written file in the program's formula.
         unit: of the errors.
+        direction: in which the formula acts.
+        notes: which models were fitted again, and what the user must know or do.
+        files: all files written, ``path`` first.
+        sensors: errors of each sensor that the file corrects; empty where the calibration file has
+            no measurements.
     """
 
     target: str
@@ -73,6 +125,10 @@ class Exported:
     rms_calibration: float | None
     rms_exported: float | None
     unit: str = "m/s^2"
+    direction: str = FORWARD
+    notes: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
+    sensors: Mapping[str, ExportErrors] = field(default_factory=dict)
 
 
 def targets() -> dict[str, ExportTarget]:
@@ -102,56 +158,78 @@ def path_beside(source: Path, target: ExportTarget) -> Path:
     return source.with_name(f"{source.stem}.{word}{target.suffix}")
 
 
-def not_held(target: ExportTarget, calibration: Calibration) -> tuple[str, ...]:
-    """What of a calibration an export does not have, in words."""
-    effects = [] if target.holds_effects else calibration["accelerometer"].effects
-    return (*target.cannot_hold, *(f"{one.term} of the {one.sensor}" for one in effects))
-
-
-def write_export(calibration: Calibration, name: str, path: Path) -> Exported:
-    """Write a calibration for a target, and check the file by reading it back.
+def write_export(
+    calibration: Calibration, name: str, path: Path, settings: ExportSettings | None = None
+) -> Exported:
+    """Write a calibration for a target, and check the files by reading them back.
 
     Raises:
+        DataError: the data do not determine the smaller model that the target holds.
         UsageError: there is no such target; it cannot hold this calibration; the place cannot be
             written, or holds a file of another kind.
     """
-    target = target_named(name)
-    if "accelerometer" not in calibration.sensors:
-        raise UsageError(f"{name} needs an accelerometer's calibration, and this file has none")
-    data = target.write(calibration)
-    _spare_others(target, path)
-    write_atomically(path, data)
-    correction, sensor = target.read(path.read_bytes()), calibration["accelerometer"]
-    gravity, readings = calibration.gravity.value, calibration.means()
-
-    def rms(corrected: FloatArray) -> float | None:
-        error = np.linalg.norm(corrected, axis=1) - gravity
-        return float(np.sqrt(np.mean(error**2))) if len(error) else None
-
+    target, settings = target_named(name), settings or ExportSettings()
+    smaller, lost, again = reduced(calibration, target.keeps)
+    if not target.counts:
+        _refuse_counts(target, smaller)
+    proof = Proof(calibration)
+    before = proof.errors(nominal(calibration), frame=False)
+    full = proof.errors(own(calibration), frame=False)
+    files = target.write(smaller, settings)
+    places = {tail: path.with_name(path.stem + tail) if tail else path for tail in files}
+    _spare_others(target, files, places, settings)
+    for tail, data in files.items():
+        write_atomically(places[tail], data)
+    corrections = target.read({tail: at.read_bytes() for tail, at in places.items()}, settings)
+    exported = proof.errors(corrections, frame=target.frame)
+    sensors = {
+        sensor: ExportErrors(before.get(sensor), full[sensor], error, calibration[sensor].unit)
+        for sensor, error in exported.items()
+    }
+    general = tuple(text.removeprefix("the ") for text in target.cannot_hold)
+    new = [one for one in lost if not any(text.startswith(one[4:]) for text in general)]
+    first = next(iter(sensors.values()), ExportErrors(None, 0.0, 0.0, "m/s^2"))
     return Exported(
         target=name,
         path=path,
         formula=target.formula,
-        cannot_hold=not_held(target, calibration),
-        rms_before=rms(readings) if sensor.bias_unit == "m/s^2" else None,
-        rms_calibration=rms(sensor.apply(readings, calibration.circumstances())),
-        rms_exported=rms(correction(readings)),
+        cannot_hold=(*target.cannot_hold, *new, *target.loses(smaller)),
+        rms_before=first.rms_before if sensors else None,
+        rms_calibration=first.rms_calibration if sensors else None,
+        rms_exported=first.rms_exported if sensors else None,
+        unit=first.unit,
+        direction=target.direction,
+        notes=(*again, *target.notes(smaller, settings)),
+        files=tuple(places.values()),
+        sensors=sensors,
     )
 
 
-def _spare_others(target: ExportTarget, path: Path) -> None:
+def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:
+    for name, sensor in calibration.sensors.items():
+        if sensor.bias_unit != SI_UNITS[name]:
+            raise UsageError(
+                f"{target.name} corrects readings in {SI_UNITS[name]}, and this calibration of the "
+                f"{name} is of readings in {sensor.bias_unit}: calibrate what the driver publishes"
+            )
+
+
+def _spare_others(
+    target: ExportTarget, files: Files, places: Mapping[str, Path], settings: ExportSettings
+) -> None:
     """Refuse to overwrite anything but an earlier export to the same target.
 
     Raises:
         UsageError: there is another file of this name.
     """
-    if path.is_dir():
-        raise UsageError(f"{path} is a folder; give a file in it")
-    if not path.exists():
-        return
-    try:
-        target.read(path.read_bytes())
-    except (OSError, ValueError) as error:
-        raise UsageError(
-            f"{path} is there already and is no file for {target.name}: give another name"
-        ) from error
+    for tail, place in places.items():
+        if place.is_dir():
+            raise UsageError(f"{place} is a folder; give a file in it")
+        if not place.exists():
+            continue
+        try:
+            target.read({**files, tail: place.read_bytes()}, settings)
+        except (OSError, ValueError, LookupError, TypeError) as error:
+            raise UsageError(
+                f"{place} is there already and is no file for {target.name}: give another name"
+            ) from error

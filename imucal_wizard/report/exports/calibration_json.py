@@ -4,30 +4,37 @@ import msgspec
 
 from imucal_wizard.core.output import encode_json
 from imucal_wizard.report.calibration_file import Calibration
-from imucal_wizard.report.exports import Correction, ExportTarget
+from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
+from imucal_wizard.report.proof import Correction, own
+from imucal_wizard.report.reduced import Kept
 
 
-def _read(data: bytes) -> Correction:
-    """The correction by the file's matrix, bias and effects.
+def _write(calibration: Calibration, settings: ExportSettings) -> Files:
+    del settings
+    return {"": encode_json(calibration)}
+
+
+def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
+    """The corrections by the file's matrices, biases and effects.
 
     Raises:
         ValueError: it is no calibration file.
     """
+    del settings
     try:
-        calibration = msgspec.json.decode(data, type=Calibration)
+        return own(msgspec.json.decode(files[""], type=Calibration))
     except msgspec.MsgspecError as error:
         raise ValueError(str(error)) from error
-    sensor, where = calibration["accelerometer"], calibration.circumstances()
-    return lambda readings: sensor.apply(readings, where)
 
 
+_ALL = Kept(takes=lambda _one: True)
 TARGET = ExportTarget(
     name="json",
     title="this program's own calibration file",
     formula="x = M · (reading − b) − ε(x)",
     suffix=".json",
     cannot_hold=(),
-    holds_effects=True,
-    write=encode_json,
+    keeps={"accelerometer": _ALL, "gyroscope": _ALL, "magnetometer": _ALL},
+    write=_write,
     read=_read,
 )

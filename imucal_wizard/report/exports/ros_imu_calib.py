@@ -9,41 +9,35 @@ import json
 
 import numpy as np
 
-from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.report.calibration_file import Calibration
-from imucal_wizard.report.exports import Correction, ExportTarget
+from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
+from imucal_wizard.report.proof import Correction, Samples
+from imucal_wizard.report.reduced import Kept
 
 _SIZES = {"SM": 9, "bias": 3}
 """Keys of the file, and how many numbers each has."""
 
 
-def _write(calibration: Calibration) -> bytes:
-    """Row-major matrix and bias, with all digits.
-
-    Raises:
-        UsageError: the calibration is of raw counts, which ``sensor_msgs/Imu`` does not carry.
-    """
+def _write(calibration: Calibration, settings: ExportSettings) -> Files:
+    """Row-major matrix and bias, with all digits."""
+    del settings
     sensor = calibration["accelerometer"]
-    if sensor.bias_unit != "m/s^2":
-        raise UsageError(
-            "ros-imu-calib corrects accelerations in m/s², and this calibration is of readings in "
-            f"{sensor.bias_unit}: calibrate what the driver publishes"
-        )
     matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
     numbers = {"SM": matrix.ravel(), "bias": matrix @ bias}
     lines = [f"{key}: {json.dumps(values.tolist())}" for key, values in numbers.items()]
-    return ("\n".join(lines) + "\n").encode()
+    return {"": ("\n".join(lines) + "\n").encode()}
 
 
-def _read(data: bytes) -> Correction:
+def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     """``SM · raw − bias`` of a file.
 
     Raises:
         ValueError: it is no file of ``imu_calib``.
     """
+    del settings
     found = {}
-    for line in data.decode().splitlines():
+    for line in files[""].decode().splitlines():
         key, _, text = line.partition(":")
         values = np.array(json.loads(text), np.float64)
         if values.shape != (_SIZES.get(key),):
@@ -53,10 +47,10 @@ def _read(data: bytes) -> Correction:
         raise ValueError("SM or bias is missing")
     matrix, bias = found["SM"].reshape(3, 3), found["bias"]
 
-    def correct(raw: FloatArray) -> FloatArray:
-        return np.asarray(raw @ matrix.T - bias)
+    def correct(samples: Samples) -> FloatArray:
+        return np.asarray(samples.reading @ matrix.T - bias)
 
-    return correct
+    return {"accelerometer": correct}
 
 
 TARGET = ExportTarget(
@@ -69,7 +63,8 @@ TARGET = ExportTarget(
         "magnetometer",
         "standard errors",
     ),
-    holds_effects=False,
+    keeps={"accelerometer": Kept()},
     write=_write,
     read=_read,
+    counts=False,
 )

@@ -7,7 +7,7 @@ from typing import ClassVar
 from textual import on, work
 from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
-from textual.containers import Vertical
+from textual.containers import Vertical, VerticalScroll
 from textual.content import Content
 from textual.screen import ModalScreen
 from textual.widgets import OptionList
@@ -46,7 +46,8 @@ class ExportScreen(ModalScreen[None]):
             box.border_title = "export for …   ↑↓ and enter"
             options = [Content(one.title).stylize("bold") for one in self._targets]
             yield OptionList(*(Option(one) for one in options), markup=False)
-            yield Lines(id="exported")
+            with VerticalScroll():
+                yield Lines(id="exported")
         yield KeyFooter()
 
     @on(OptionList.OptionSelected)
@@ -68,9 +69,12 @@ class ExportScreen(ModalScreen[None]):
 
 def told(done: Exported) -> list[tuple[str, str]]:
     """The file, its error beside that of the calibration, what it cannot hold."""
-    rows = [(f"✓ {done.path}", "good"), (done.formula, "quiet")]
-    if done.rms_exported is not None and done.rms_calibration is not None:
-        own = quantity(done.rms_calibration, done.unit)
-        read_back = quantity(done.rms_exported, done.unit)
-        rows.append((f"error of the calibration {own}, of the file read back {read_back}", ""))
-    return rows + [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
+    rows = [(f"✓ {path}", "good") for path in done.files or (done.path,)]
+    rows.append((f"{done.formula}, {done.direction}", "quiet"))
+    for name, one in done.sensors.items():
+        full, read_back = (quantity(e, one.unit) for e in (one.rms_calibration, one.rms_exported))
+        rows.append(
+            (f"{name}: error of the calibration {full}, of the file read back {read_back}", "")
+        )
+    rows += [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
+    return rows + [(text, "") for text in done.notes]

@@ -1,0 +1,131 @@
+"""One offset and one scale per axis, which is all that flight controllers know of a sensor.
+
+``corrected = scale · (raw − offset)``. Readings that a controller had corrected already by ``(o₁,
+s₁)`` and that a calibration corrects further by ``(o₂, s₂)`` are composed, never corrected twice:
+
+    s₂ (s₁ (raw − o₁) − o₂) = s₁ s₂ (raw − (o₁ + o₂ / s₁))
+"""
+
+import re
+
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.model.effects.bias_temperature import BiasTemperature
+from imucal_wizard.report.calibration_file import SavedEffect, Sensor
+from imucal_wizard.report.proof import SI_UNITS
+
+USUAL_COUNTS_PER_G = 2048.0
+"""Of most accelerometers of flight controllers."""
+
+ASSUMED = (
+    "the controller is assumed to have corrected nothing while it was recorded; if it did, give "
+    "its parameters of then, and both corrections become one"
+)
+"""Said where the present parameters are not given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axes:
+    """Offsets, reading unit, and scales, shape (3,) each."""
+
+    offset: FloatArray
+    scale: FloatArray
+
+    def corrected(self, raw: FloatArray) -> FloatArray:
+        """Corrected readings, shape (n, 3)."""
+        return np.asarray(self.scale * (raw - self.offset))
+
+    def raw(self, corrected: FloatArray) -> FloatArray:
+        """The readings before the correction, shape (n, 3)."""
+        return np.asarray(corrected / self.scale + self.offset)
+
+    def then(self, further: "Axes") -> "Axes":
+        """This correction and then a further one, as one."""
+        return Axes(self.offset + further.offset / self.scale, self.scale * further.scale)
+
+
+NEUTRAL = Axes(np.zeros(3), np.ones(3))
+"""No correction."""
+
+
+def axes_of(sensor: Sensor) -> Axes:
+    """Offset and scale of a calibration without non-orthogonality."""
+    return Axes(np.array(sensor.bias), np.diag(sensor.matrix).copy())
+
+
+def follows_temperature(one: SavedEffect) -> bool:
+    """Whether an effect is a bias that is linear in the temperature."""
+    return one.term == "bias-temperature"
+
+
+def warming(name: str, sensor: Sensor) -> tuple[FloatArray, float] | None:
+    """Rise of the corrected value with temperature, SI per °C, and where it is zero, °C.
+
+    None where the calibration has none.
+    """
+    for one in sensor.effects:
+        if follows_temperature(one) and one.reference_temperature is not None:
+            si = BiasTemperature.sizes[name].si
+            return si * np.array(one.sizes), one.reference_temperature
+    return None
+
+
+def one_g(sensor: Sensor) -> float:
+    """What 1 g reads nominally: in counts the nearest power of two, as the ranges of chips are."""
+    if sensor.bias_unit == SI_UNITS["accelerometer"]:
+        return STANDARD_GRAVITY
+    reads = STANDARD_GRAVITY / abs(np.linalg.det(sensor.matrix)) ** (1.0 / 3.0)
+    return float(2.0 ** round(float(np.log2(reads))))
+
+
+def named_values(data: bytes | None) -> dict[str, float]:
+    """Parameters of a file with a name and a number in each line; "#" begins a comment.
+
+    The name and the number stand side by side: ArduPilot's ``NAME value`` and ``NAME,value``, PX4's
+    ``1 1 NAME value type``, and ``set name = value`` of a command line.
+
+    Raises:
+        ValueError: there is none.
+    """
+    found: dict[str, float] = {}
+    for line in (data or b"").decode(errors="replace").splitlines():
+        match = re.search(r"([A-Za-z]\w+)[\s,=]+([-+0-9.eE,]+)", line.partition("#")[0])
+        words = match.group(2).split(",") if match and not line.startswith("set ") else []
+        if line.startswith("set ") and "=" in line:
+            key, _, text = line.removeprefix("set ").partition("=")
+            words = text.strip().split(",")
+            found |= {f"{key.strip()}/{place}": float(one) for place, one in enumerate(words)}
+        elif match and words[0]:
+            found[match.group(1)] = float(words[0])
+    if data is not None and not found:
+        raise ValueError("no parameter in it")
+    return found
+
+
+def three(values: dict[str, float], names: str, default: float) -> FloatArray:
+    """The values of three axes.
+
+    Args:
+        values: by name.
+        names: with ``{axis}`` for ``X``, ``Y``, ``Z``.
+        default: of those that are not there.
+    """
+    return np.array([values.get(names.format(axis=axis), default) for axis in "XYZ"])
+
+
+def check_range(name: str, values: FloatArray, low: float, high: float) -> None:
+    """Refuse values that the controller does not take.
+
+    Raises:
+        UsageError: one is outside of its range.
+    """
+    for axis, value in zip("XYZ", values, strict=True):
+        if not low <= value <= high:
+            raise UsageError(
+                f"{name.format(axis=axis)} would be {value:.4g}, and the controller takes {low:g} "
+                f"to {high:g}: check the unit and the range of the readings"
+            )

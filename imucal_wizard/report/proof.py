@@ -1,0 +1,202 @@
+"""The errors of any correction on what a calibration file has measured.
+
+Of the accelerometer that of the magnitude of gravity over the holds, of the gyroscope the angle
+between carried and measured gravity over the rotations, of the magnetometer that of the field's
+magnitude. A correction is any function of readings, so that the one of another program is judged as
+the calibration itself is.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.model.effect import DATA_SHEET_UNIT, Circumstances
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.measured import RotationIncrements
+
+SI_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"}
+"""Of the readings of a sensor that does not send counts."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Readings of a sensor and all that a correction may ask for.
+
+    Attributes:
+        reading: in the sensor's ``bias_unit``, shape (n, 3).
+        where: circumstances; the force is that of the holds or carried gravity.
+        accelerometer: what the accelerometer reads beside, its ``bias_unit``, shape (n, 3).
+    """
+
+    reading: FloatArray
+    where: Circumstances
+    accelerometer: FloatArray
+
+
+Correction = Callable[[Samples], FloatArray]
+"""Readings to corrected ones: m/s², rad/s, µT; shape (n, 3)."""
+
+
+def own(calibration: Calibration) -> dict[str, Correction]:
+    """The corrections of the calibration itself."""
+    return {
+        name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where)  # type: ignore[misc] # a default binds the sensor of this turn
+        for name, sensor in calibration.sensors.items()
+    }
+
+
+def nominal(calibration: Calibration) -> dict[str, Correction]:
+    """Readings as they are, of sensors that do not send counts."""
+    return {
+        name: lambda samples: samples.reading
+        for name, sensor in calibration.sensors.items()
+        if sensor.bias_unit == SI_UNITS[name]
+    }
+
+
+class Proof:
+    """What a calibration file has measured, ready for any correction.
+
+    Args:
+        calibration: with its measurements.
+    """
+
+    def __init__(self, calibration: Calibration) -> None:
+        self._calibration, self._own = calibration, own(calibration)
+        self._samples: dict[str, Samples] = {}
+        if calibration.hold_means and "accelerometer" in calibration.sensors:
+            where = calibration.circumstances()
+            assert where is not None  # noqa: S101 (narrows the type)
+            self._samples["accelerometer"] = Samples(
+                calibration.means(), where, calibration.means()
+            )
+            self._up = _unit(self._own["accelerometer"](self._samples["accelerometer"]))
+            if calibration.rotation_increments and "gyroscope" in calibration.sensors:
+                self._samples["gyroscope"] = self._turning()
+        if calibration.field_means and "magnetometer" in calibration.sensors:
+            self._samples["magnetometer"] = self._field_samples()
+
+    def samples(self, sensor: str) -> Samples | None:
+        """Readings of a sensor; None where the file has none."""
+        return self._samples.get(sensor)
+
+    def errors(self, corrections: Mapping[str, Correction], *, frame: bool) -> dict[str, float]:
+        """Rms error of each sensor that the file can judge, in the sensor's ``unit``.
+
+        Args:
+            corrections: by sensor.
+            frame: gravity's direction is that of the accelerometer so corrected, and not that of
+                the calibration: for a program with another body frame.
+        """
+        found = {}
+        corrected = {
+            name: corrections[name](samples)
+            for name, samples in self._samples.items()
+            if name in corrections
+        }
+        if "accelerometer" in corrected:
+            size = np.linalg.norm(corrected["accelerometer"], axis=1)
+            found["accelerometer"] = _rms(size - self._calibration.gravity.value)
+        if "gyroscope" in corrected:
+            there = frame and "accelerometer" in corrected
+            up = _unit(corrected["accelerometer"]) if there else self._up
+            found["gyroscope"] = _rms(self._closing(corrected["gyroscope"], up))
+        if "magnetometer" in corrected:
+            found["magnetometer"] = self._field_error(corrected["magnetometer"])
+        return found
+
+    @property
+    def _rotations(self) -> Sequence[RotationIncrements]:
+        return self._calibration.rotation_increments
+
+    def _closing(self, rates: FloatArray, up: FloatArray) -> FloatArray:
+        """Angle between carried and measured gravity in each rotation, rad."""
+        ends = np.cumsum([len(one.gyroscope) for one in self._rotations])[:-1]
+        each = zip(self._rotations, np.split(rates, ends), strict=True)
+        return np.array(
+            [
+                np.linalg.norm(one.rotation(own).T @ up[one.before] - up[one.after])
+                for one, own in each
+            ]
+        )
+
+    def _turning(self) -> Samples:
+        """Intervals of all rotations, with gravity carried by the calibration without effects."""
+        calibration = self._calibration
+        sensor, holds = calibration["gyroscope"], calibration.hold_means
+        matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
+        origin = 0.5 * (holds[0].start + holds[0].end) - (holds[0].time or 0.0)
+        reading, force, time, temperature = [], [], [], []
+        for one in self._rotations:
+            y = one.readings()
+            rate, edges = (y - bias) @ matrix.T, np.array(one.edges)
+            for row in range(len(y)):
+                half = 0.5 * rate[row] * (edges[row + 1] - edges[row])
+                inner = RotationIncrements(0, 0, edges[: row + 1].tolist(), one.gyroscope[:row])
+                turned = inner.rotation(rate[:row]) if row else np.eye(3)
+                carried = turned.T @ self._up[one.before]
+                force.append(carried - np.cross(half, carried))
+            reading.append(y)
+            time += (0.5 * (edges[1:] + edges[:-1]) - origin).tolist()
+            warm = [holds[k].temperature for k in (one.before, one.after)]
+            known = [value for value in warm if value is not None]
+            temperature += [np.mean(known) if known else np.nan] * len(y)
+        forces, count = calibration.gravity.value * np.array(force), len(time)
+        nothing = np.zeros((count, 3))
+        where = Circumstances(
+            force=forces,
+            rate=nothing,
+            temperature=np.array(temperature, np.float64),
+            time=np.array(time),
+            previous=np.full((count, 3), np.nan),
+            vibration=np.zeros(count),
+            gravity=calibration.gravity.value,
+        )
+        return Samples(np.concatenate(reading), where, self._read(forces))
+
+    def _read(self, forces: FloatArray) -> FloatArray:
+        """What the accelerometer reads of forces, by its matrix and bias."""
+        sensor = self._calibration["accelerometer"]
+        return np.asarray(forces @ np.linalg.inv(sensor.matrix).T + sensor.bias)
+
+    def _field_samples(self) -> Samples:
+        means = self._calibration.field_means
+        reading, count = np.array([one.reading for one in means]), len(means)
+        nothing = np.zeros((count, 3))
+        where = Circumstances(
+            force=nothing,
+            rate=nothing,
+            temperature=np.array([_or_nan(one.temperature) for one in means]),
+            time=np.array([one.time for one in means]) - means[0].time,
+            previous=np.full((count, 3), np.nan),
+            vibration=np.zeros(count),
+            magnetic=nothing,
+            current=np.array([_or_nan(one.current) for one in means]),
+        )
+        return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
+
+    def _field_error(self, corrected: FloatArray) -> float:
+        """Scatter of the magnitude about its own mean: no place has a field of known size."""
+        short = np.array([one.shortened for one in self._calibration.field_means])
+        size = np.linalg.norm(corrected, axis=1) + short
+        return _rms(size - size.mean())
+
+
+def force_in_g(where: Circumstances) -> FloatArray:
+    """The force in g, as data sheets quote effects, shape (n, 3)."""
+    return np.asarray(where.force / DATA_SHEET_UNIT["accelerometer"])
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value

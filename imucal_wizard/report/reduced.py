@@ -1,0 +1,179 @@
+"""A calibration with fewer parameters: fitted again to what the file has measured.
+
+A program that knows only biases and scales errs less with those that fit best on their own than
+with the diagonal of a full matrix. The fit is the one that made the calibration, of the holds,
+rotations and field means in its file.
+"""
+
+from collections.abc import Callable, Mapping
+
+import msgspec
+import numpy as np
+
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.accelerometer import BASE, accelerometer_experiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.gyroscope import gyroscope_minimum
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor, sensor_record
+from imucal_wizard.report.measured import RotationIncrements
+
+SAMPLES_PER_INTERVAL = 4
+"""Of a rotation that is made of its increments again."""
+
+
+def no_effect(_one: SavedEffect) -> bool:
+    """Of a program without effects."""
+    return False
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What a program knows of a sensor.
+
+    Attributes:
+        base: terms of the base model that accelerometer and gyroscope share.
+        takes: which effects it corrects.
+    """
+
+    base: tuple[str, ...] = BASE
+    takes: Callable[[SavedEffect], bool] = no_effect
+
+    def lost_base(self, sensor: Sensor) -> list[str]:
+        """Terms of the base model that the program does not have."""
+        return [term for term in sensor.model if term in BASE and term not in self.base]
+
+    def lost_effects(self, sensor: Sensor) -> list[str]:
+        """Effects that the program does not correct."""
+        return [one.term for one in sensor.effects if not self.takes(one)]
+
+
+def reduced(
+    calibration: Calibration, keeps: Mapping[str, Kept]
+) -> tuple[Calibration, list[str], list[str]]:
+    """What a program can hold of a calibration.
+
+    Returns:
+        The calibration of it, what of the sensors and effects is lost, and which models were fitted
+        again, in words.
+
+    Raises:
+        DataError: the data do not determine the smaller model.
+        UsageError: nothing is left, or the file has no measurements to fit the smaller model to.
+    """
+    sensors, lost, again = {}, [], []
+    for name, sensor in calibration.sensors.items():
+        kept = keeps.get(name)
+        if kept is None:
+            lost.append(f"the {name}")
+            continue
+        sensors[name] = sensor
+        effects = kept.lost_effects(sensor)
+        without = kept.lost_base(sensor) + effects
+        lost += [f"{term} of the {name}" for term in effects]
+        if without:
+            sensors[name] = sensor_record(_fitted_again(calibration, name, kept))
+            again.append(f"{name}: fitted again without {', '.join(without)}")
+    if not sensors:
+        wanted = " or ".join(keeps)
+        raise UsageError(
+            f"there is nothing to export: the program takes {wanted}, and this calibration has "
+            f"none of that"
+        )
+    return msgspec.structs.replace(calibration, sensors=sensors), lost, again
+
+
+def _fitted_again(calibration: Calibration, name: str, kept: Kept) -> SensorFit:
+    """The fit of a sensor's smaller model."""
+    sensor = calibration[name]
+    base = [term for term in kept.base if term in sensor.model]
+    return _AGAIN[name](calibration, base, _terms(sensor, kept))
+
+
+def _terms(sensor: Sensor, kept: Kept) -> list[Term]:
+    return [Term(effect(one.term), one.variant) for one in sensor.effects if kept.takes(one)]
+
+
+def _accelerometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    _check(bool(calibration.hold_means))
+    holds = [one.hold() for one in calibration.hold_means]
+    unit = calibration["accelerometer"].bias_unit
+    return fit(accelerometer_experiment(holds, calibration.gravity.value, unit), terms, base)
+
+
+def _gyroscope(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    """Under gravity as the whole model of the accelerometer sees it."""
+    _check(bool(calibration.rotation_increments))
+    every = _terms(calibration["accelerometer"], Kept(takes=lambda _one: True))
+    accelerometer = _accelerometer(calibration, list(BASE), every)
+    holds = [one.hold() for one in calibration.hold_means]
+    rotations = [rotation_of(one, holds) for one in calibration.rotation_increments]
+    unit = calibration["gyroscope"].bias_unit
+    found = gyroscope_minimum(holds, rotations, accelerometer, unit)
+    return fit(found.experiment, terms, base)
+
+
+def _magnetometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    """In its own frame; no program corrects some of its effects and others not."""
+    from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+
+    del base, terms
+    _check(bool(calibration.field_means))
+    sensor, means = calibration["magnetometer"], calibration.field_means
+    series = Series(
+        np.array([one.time for one in means]),
+        np.array([one.reading for one in means]),
+        sensor.bias_unit,
+    )
+    known = None if "field" in sensor.parameters else _field(calibration)
+    return fit_magnetometer(series, known).fit
+
+
+_AGAIN = {
+    "accelerometer": _accelerometer,
+    "gyroscope": _gyroscope,
+    "magnetometer": _magnetometer,
+}
+
+
+def _field(calibration: Calibration) -> float:
+    """Mean magnitude that the calibration gives."""
+    means = calibration.field_means
+    sensor = calibration["magnetometer"]
+    readings = np.array([one.reading for one in means])
+    size = np.linalg.norm((readings - sensor.bias) @ np.array(sensor.matrix).T, axis=1)
+    return float(np.mean(size + [one.shortened for one in means]))
+
+
+def _check(there: bool) -> None:
+    """Refuse a file without measurements.
+
+    Raises:
+        UsageError: they are not there.
+    """
+    if not there:
+        raise UsageError(
+            "this program holds a smaller model, which must be fitted again, and the calibration "
+            "file has no measurements: an older version wrote it. Fit the recording again and save"
+        )
+
+
+def rotation_of(one: RotationIncrements, holds: list[Hold]) -> Rotation:
+    """A rotation whose samples have the increments of the file.
+
+    The rate is the derivative of a cubic spline through the integrated reading.
+    """
+    from scipy.interpolate import CubicSpline  # imported when it is needed
+
+    edges = np.array(one.edges)
+    whole = np.vstack([np.zeros(3), np.cumsum(one.gyroscope, axis=0)])
+    parts = SAMPLES_PER_INTERVAL * (len(edges) - 1)
+    place = np.arange(parts + 1) / SAMPLES_PER_INTERVAL
+    time = np.interp(place, np.arange(len(edges)), edges)
+    rate = CubicSpline(edges, whole).derivative()(time)
+    return Rotation(holds[one.before], holds[one.after], time, rate, one.axis)
