@@ -10,7 +10,6 @@ averaged over; the repeats in r itself determine how large the noise is.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -73,17 +72,22 @@ class HypothesisSet:
         frame: the coordinates.
         hypotheses: the single explanations; the first is noise alone.
         pairs: the pairs, or None.
+        inside: what is left out of all patterns, orthonormal, shape (m, k), or None.
     """
 
     def __init__(
-        self, frame: Frame, hypotheses: Sequence[Hypothesis], pairs: Pairs | None = None
+        self,
+        frame: Frame,
+        hypotheses: Sequence[Hypothesis],
+        pairs: Pairs | None = None,
+        inside: FloatArray | None = None,
     ) -> None:
         self.frame = frame
         self.single = tuple(hypotheses)
         self.pairs = pairs
         self.log_prior = np.array([one.log_prior for one in hypotheses])
         others = self.single[1:]
-        self.spectra = spectra(others, frame.each_weights) if others else []
+        self.spectra = spectra(others, frame.each_weights, inside) if others else []
 
     def posterior(self, residual: FloatArray) -> Posterior:
         """Weigh all explanations.
@@ -136,14 +140,10 @@ class HypothesisSet:
             coordinates: of a residual, shape (m,).
             inside: what the name takes up, orthonormal, shape (m, k).
         """
-
-        def beside(patterns: FloatArray) -> FloatArray:
-            return np.asarray(patterns - inside @ (inside.T @ patterns))
-
-        left = [replace(one, patterns=beside(one.patterns)) for one in self.single]
-        rest = HypothesisSet(self.frame, left)
-        found = rest.posterior(self.frame.across @ beside(coordinates))
-        return float(found.single[[one.kind == UNKNOWN for one in left]].sum())
+        rest = HypothesisSet(self.frame, self.single, inside=inside)
+        left = coordinates - inside @ (inside.T @ coordinates)
+        found = rest.posterior(self.frame.across @ left)
+        return float(found.single[[one.kind == UNKNOWN for one in self.single]].sum())
 
     def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
         """Logarithms of likelihood and prior of every single explanation, size and noise.
@@ -248,12 +248,17 @@ class Spectrum:
         return np.asarray(0.5 * (found - self.log_det if prior else found)[self.order])
 
 
-def spectra(hypotheses: Sequence[Hypothesis], each_weights: Sequence[FloatArray]) -> list[Spectrum]:
+def spectra(
+    hypotheses: Sequence[Hypothesis],
+    each_weights: Sequence[FloatArray],
+    inside: FloatArray | None = None,
+) -> list[Spectrum]:
     """The spectrum of explanations, each with at least one pattern, under each wander.
 
     Args:
         hypotheses: the explanations.
         each_weights: of each coordinate, shape (m,), under each wander.
+        inside: what is left out of all patterns, orthonormal, shape (m, k), or None.
     """
     counts = np.array([one.patterns.shape[1] for one in hypotheses])
     by_count = np.argsort(counts, kind="stable")
@@ -263,14 +268,19 @@ def spectra(hypotheses: Sequence[Hypothesis], each_weights: Sequence[FloatArray]
         np.concatenate([one.patterns for one in ordered if one.patterns.shape[1] == q], axis=1)
         for q in sizes
     ]
+    if inside is not None:
+        stacks = [stack - inside @ (inside.T @ stack) for stack in stacks]
+    each_of = [
+        np.ascontiguousarray(stack.T).reshape(-1, q, len(stack))
+        for q, stack in zip(sizes, stacks, strict=True)
+    ]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     spreads = np.repeat([one.spreads for one in ordered], counts, axis=0) ** 2
     spreads = spreads[:, :, None] / SQUARES
     found = []
     for weights in each_weights:
         values, turned = [], []
-        for q, stack in zip(sizes, stacks, strict=True):
-            each = np.moveaxis(stack.reshape(len(stack), stack.shape[1] // q, q), 0, 2)
+        for each in each_of:
             strength, vectors = np.linalg.eigh((each * weights) @ np.swapaxes(each, 1, 2))
             strength = np.maximum(strength, 0.0)
             length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))

@@ -288,13 +288,8 @@ def judge_misfit(
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
-    if {*families} - {DISTURBED}:
-        inside = best.span(families)
-        left = misfit.lack_beside(hypotheses.frame.across @ inside)
-        if share_left(lack, left) > MIN_SHARE_OF_UNKNOWN:
-            unknown = hypotheses.unknown_beside(best.coordinates, inside)
-            if left.between_directions or unknown > MIN_UNKNOWN_LEFT:
-                verdict, families = nameless(lack), ()
+    if {*families} - {DISTURBED} and leaves_structure(misfit, hypotheses, best, families, lack):
+        verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
@@ -335,6 +330,23 @@ def judge_misfit(
             if heard is not None and len(_within(alone, family_of, family)) > len(members)
         ),
     )
+
+
+def leaves_structure(
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    best: ExplainedVariance,
+    families: tuple[str, ...],
+    lack: LackOfFit,
+) -> bool:
+    """Whether the families named leave structure that has another cause."""
+    inside = best.span(families)
+    left = misfit.lack_beside(hypotheses.frame.across @ inside)
+    if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
+        return False
+    if left.between_directions:
+        return True
+    return hypotheses.unknown_beside(best.coordinates, inside) > MIN_UNKNOWN_LEFT
 
 
 def nameless(lack: LackOfFit) -> Verdict:

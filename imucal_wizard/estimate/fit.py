@@ -451,11 +451,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     size_errors = np.full(len(terms), np.nan)
     if of_sizes is not None:
         size_errors = np.sqrt(np.maximum(np.diag(of_sizes), 0.0))
-    odd = outlier_of(found)
-    if odd is not None:
-        # where the others do not agree either, there is no reason to accuse one of them
-        accused = items.rows[items.item == odd.index]
-        odd = odd if lack_without(table, accused).within_noise else None
+    odd = _accused(found, table)
     kept = list(experiment.covariance_entries)
     return SensorFit(
         sensor=experiment.sensor,
@@ -505,6 +501,15 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         outlier=odd,
         minimum=found,
     )
+
+
+def _accused(found: Minimum[Experiment], table: ResidualTable) -> Outlier | None:
+    """The hold or rotation that stands out, if the others agree with one another without it."""
+    odd, items = outlier_of(found), _items(found)
+    if odd is None:
+        return None
+    lack = lack_without(table, items.rows[items.item == odd.index])
+    return odd if lack.within_noise else None
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.model.effect import Circumstances, Effect, EffectParameter
+from imucal_wizard.model.effect import AxisEffect, Circumstances, Effect, EffectParameter
 
 
 @dataclass(frozen=True)
@@ -86,15 +86,7 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
     Raises:
         DataError: an effect has no value for some of the data.
     """
-    each = []
-    for term in terms:
-        columns = np.asarray(term.effect.columns(sensor, c, term.variant), np.float64)
-        if not np.isfinite(columns).all():
-            raise DataError(
-                f"{term.name} has no value for some of these data: what it depends on was not "
-                "recorded, or its formula divides by zero"
-            )
-        each.append(columns)
+    each = [_finite(term, term.effect.columns(sensor, c, term.variant)) for term in terms]
     # one parameter after the other in memory: the inputs of each are then copied in one piece
     found = np.empty((sum(one.shape[2] for one in each), len(c), 3))
     first = 0
@@ -102,6 +94,26 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
         found[first : first + one.shape[2]] = np.moveaxis(one, 2, 0)
         first += one.shape[2]
     return np.moveaxis(found, 0, 2)
+
+
+def axis_shape(term: Term, sensor: str, c: Circumstances) -> FloatArray:
+    """Error of each axis by the effect's own parameter of that axis, in its shown unit, (n, 3).
+
+    Raises:
+        DataError: as ``columns_of``; the effect is no ``AxisEffect``.
+    """
+    if not isinstance(term.effect, AxisEffect):
+        raise DataError(f"{term.name} has not one parameter for each axis")
+    return _finite(term, term.effect.sizes[sensor].si * term.effect.shape(sensor, c, term.variant))
+
+
+def _finite(term: Term, values: FloatArray) -> FloatArray:
+    if not np.isfinite(values).all():
+        raise DataError(
+            f"{term.name} has no value for some of these data: what it depends on was not "
+            "recorded, or its formula divides by zero"
+        )
+    return np.asarray(values, np.float64)
 
 
 def _precision(typical: float) -> float:

@@ -14,7 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 
@@ -34,7 +34,7 @@ from imucal_wizard.core.quaternions import (
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
-from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.effect import GYROSCOPE, AxisEffect, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
@@ -47,7 +47,7 @@ from imucal_wizard.model.rows.source import (
     rounding_names,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of
+from imucal_wizard.model.terms import Term, Terms, axis_shape, columns_of
 
 COARSE_STEP = 1.0 / 30.0
 """Seconds between the moments at which an effect outside the model is evaluated: a hand does
@@ -168,7 +168,13 @@ class ClosureRows(Rows):
 
     def _effects(self, terms: Sequence[Term], moments: "_Moments") -> FloatArray:
         parts = [np.zeros((len(self.closure), 3, 0))]
-        for some in (terms[k : k + TERMS_AT_ONCE] for k in range(0, len(terms), TERMS_AT_ONCE)):
+        for some in _alike(terms):
+            if isinstance(some[0].effect, AxisEffect):
+                # one parameter for each axis: no column has anything on the others
+                shape = axis_shape(some[0], GYROSCOPE, moments.motion)
+                moved = np.add.reduceat(moments.weights * shape, moments.offsets[:-1], axis=1)
+                parts.append(-np.moveaxis(moved, 1, 0))
+                continue
             moved = columns_of(some, GYROSCOPE, moments.motion)
             turned = np.empty((len(self.closure), 3, moved.shape[2]))
             for index, (first, past) in enumerate(itertools.pairwise(moments.offsets.tolist())):
@@ -240,6 +246,14 @@ class ClosureRows(Rows):
         carried = carry(self.ends, self._source.before)
         moved = np.einsum("iab,ma,mbp->mip", LEVI_CIVITA, carried, psi)
         return self._source.rows_of(error_slope(carried, self._source.after, moved))
+
+
+def _alike(terms: Sequence[Term]) -> Iterator[Sequence[Term]]:
+    """The effects in turn: those with one parameter for each axis singly, others a few at once."""
+    for by_axis, some in itertools.groupby(terms, lambda term: isinstance(term.effect, AxisEffect)):
+        own = list(some)
+        at_once = 1 if by_axis else TERMS_AT_ONCE
+        yield from (own[k : k + at_once] for k in range(0, len(own), at_once))
 
 
 @dataclass(frozen=True, eq=False)
