@@ -143,6 +143,7 @@ class HiddenRate(WrongRate):
             sensed=shown,
             step=self.step,
             settling=self.settling,
+            warming=WARMING.warming_at(time),
             change=RATE * np.gradient(shown, axis=0) if len(time) > 1 else 0.0 * shown,
         )
         return sum((one.error(known) for one in self.hidden), np.zeros_like(rate))

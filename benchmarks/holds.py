@@ -1,7 +1,7 @@
 """Which recordings are refused, and what settling in the holds costs.
 
-``python -m benchmarks.holds slow [N]``: recordings of a device that is waved slowly, with and
-without a gyroscope, and honest sessions on a table and in the hand.
+``python -m benchmarks.holds slow [N [SEED]]``: recordings of a device that is waved slowly, with
+and without a gyroscope, and honest sessions on a table and in the hand.
 
 ``python -m benchmarks.holds settling [N]``: the scatter of the accelerometer's parameters with
 settling in the holds and without it, with the settling left out and with all samples averaged.
@@ -62,15 +62,15 @@ def accepted(readings: Readings) -> int:
         return 0
 
 
-def slow(count: int) -> None:
+def slow(count: int, first: int = FRESH) -> None:
     """Print how many recordings are accepted."""
+    seeds = range(first, first + count)
     for gyroscope in (False, True):
-        seeds = range(FRESH, FRESH + count)
         taken = sum(accepted(slow_motion(seed, gyroscope=gyroscope)) > 0 for seed in seeds)
         named = "with" if gyroscope else "without"
         print(f"waved slowly, {named} gyroscope: {taken} of {count} accepted (required: 0)")
     kept: Counter[str] = Counter()
-    for seed in range(FRESH, FRESH + count):
+    for seed in seeds:
         readings, rests = honest(seed)
         found = accepted(readings)
         kept["refused" if not found else "kept" if found >= 0.9 * rests else "some lost"] += 1
@@ -122,4 +122,5 @@ def settling(count: int) -> None:
 
 
 if __name__ == "__main__":
-    {"slow": slow, "settling": settling}[sys.argv[1]](int((sys.argv[2:] or ["100"])[0]))
+    numbers = [int(text) for text in sys.argv[2:]] or [100]
+    {"slow": slow, "settling": settling}[sys.argv[1]](*numbers)

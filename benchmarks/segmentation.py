@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.measure import machine
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.measurement.blocks import BlockCutter
-from imucal_wizard.measurement.holds import runs_of_still_blocks
+from imucal_wizard.measurement.rests import still_runs
 from imucal_wizard.measurement.stillness import Limits, WindowMaker
 
 RATES = (100.0, 1000.0, 8000.0)
@@ -40,7 +40,7 @@ def segment(total: int, rate: float, gyroscope: bool) -> tuple[float, int]:
         start = time.process_time()
         decisions.append(maker.feed(cutter.feed(piece)).still(limits))
         spent += time.process_time() - start
-    return spent, len(runs_of_still_blocks(np.concatenate(decisions)))
+    return spent, len(still_runs(np.concatenate(decisions)))
 
 
 def peak() -> float:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from benchmarks.could_be import HiddenRate
 from benchmarks.gyroscope_bound import RATE, WARMING, WrongRate, fitted
 from benchmarks.gyroscope_bound import Device as TurnedDevice
 from benchmarks.gyroscope_bound import Session as Turned
@@ -36,7 +37,6 @@ from imucal_wizard.model.effect import (
 )
 from imucal_wizard.model.terms import Terms, corrected
 from imucal_wizard.model.unknown_shape import NAME
-from imucal_wizard.simulate import forward
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from imucal_wizard.simulate.samples import VirtualLoad
 from tests.estimate.truth import EIGHTEEN, TWENTY_SIX
@@ -322,6 +322,8 @@ class _Gyroscopes(Subject):
         if hiding.shape and self.shapes[hiding.shape].over == "input":
             unit *= self.per_rate
         step, settling = (float(one) for one in rng.uniform(0.3, 0.7, 2) * seconds / 60.0)
+        hidden = () if hiding.effect is None else (hiding.effect,)
+        known = HiddenRate(hidden, step, settling)
 
         class Wrong(WrongRate):
             def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
@@ -331,18 +333,7 @@ class _Gyroscopes(Subject):
                     "time": 2.0 * time / seconds - 1.0,
                 }
                 found = unit * subject.shaped(hiding, places)
-                if hiding.effect is not None:
-                    none, count = np.zeros_like(up), len(up)
-                    change = np.zeros_like(up)
-                    if count > 1:
-                        change = np.gradient(np.degrees(rate), time, axis=0)
-                    found = found + hiding.effect.error(
-                        forward.TrueCircumstances(
-                            up, np.degrees(rate), WARMING.at(time), time / 60.0, none, none,
-                            np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)), np.degrees(rate),
-                            step, settling, change=change,
-                        )
-                    )  # fmt: skip
+                found = found + known.error(time, rate, up)
                 return np.asarray(found)
 
         wrong = Wrong()

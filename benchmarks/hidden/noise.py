@@ -10,7 +10,6 @@ random walk is one that forgets in far longer than any session.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from benchmarks.hidden.designs import BATCHES, Schedule
 from imucal_wizard.core.readings import FloatArray
@@ -74,6 +73,8 @@ def _gauss_markov(
     schedule: Schedule, length: FloatArray, tau: float, rng: np.random.Generator
 ) -> FloatArray:
     """Batch averages of a process of variance 1, shape (n, BATCHES, 3)."""
+    from scipy.signal import lfilter  # takes longer to import than all else of this package
+
     now, last = rng.standard_normal(3), schedule.start[0]
     made = []
     for start, end, seconds in zip(schedule.start, schedule.end, length, strict=True):

@@ -119,6 +119,8 @@ def record(
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:
     """What the forward equations need, one row per hold; ``step`` and ``settling`` in minutes."""
     n = len(schedule.up)
+    moments, first = np.unique(schedule.middle, return_index=True)
+    slope = np.gradient(schedule.temperature[first], moments)
     return forward.TrueCircumstances(
         force=schedule.up,
         rate=np.zeros((n, 3)),
@@ -130,6 +132,7 @@ def circumstances(schedule: Schedule, step: float, settling: float) -> forward.T
         sensed=schedule.up,
         step=step,
         settling=settling,
+        warming=np.interp(schedule.middle, moments, slope),
     )
 
 

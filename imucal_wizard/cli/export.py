@@ -63,7 +63,7 @@ def parser() -> Parser:
 
 
 def run(argv: Sequence[str]) -> int:
-    """Export, or list the targets."""
+    """Export, or list the targets; the status is 1 if a file corrects worse than none."""
     arguments = parser().parse_args(argv)
     if arguments.list:
         return _list(arguments.json)
@@ -106,8 +106,9 @@ def _export(arguments: Namespace) -> int:
         places = {"path": str(path), "files": [str(one) for one in done.files]}
         document = {"schema": "imucal-wizard/export/1", **found, **places, "sensors": sensors}
         write_json(document, arguments.json)
+    worse = [name for name, one in done.sensors.items() if one.worse_than_none]
     if arguments.json == STANDARD_OUT:
-        return 0
+        return 1 if worse else 0
     say(f"{target.title}\n  {done.formula}\n  {done.direction}")
     for text in done.cannot_hold:
         say(f"  cannot hold: {text}")
@@ -121,7 +122,9 @@ def _export(arguments: Namespace) -> int:
         say(f"  error of the {name}: {before}calibration {full}, exported {exported}")
     for place in done.files:
         say(f"written: {place}")
-    return 0
+    for name in worse:
+        say(f"▲ what this file holds of the {name} is worse than no calibration: do not use it")
+    return 1 if worse else 0
 
 
 def _settings(arguments: Namespace) -> "ExportSettings":

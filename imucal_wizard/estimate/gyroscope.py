@@ -58,6 +58,9 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
+MIN_ROUNDING_SHARE = 0.01
+"""Least noise of a mean at rest, as a share of what rounding shifts it: constant readings show no
+noise, but do not prove that there is less."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
@@ -268,8 +271,9 @@ class GyroscopeExperiment(Experiment):
         first, last = one.spans.T
         walk = (float(rest.per_second.min()) + self.lost) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk
+        least = MIN_REST_NOISE**2 + MIN_ROUNDING_SHARE**2 * (self._start.matrix**2 @ one.rounding)
         return (
-            np.maximum(rest.mean[self._resting], MIN_REST_NOISE**2),
+            np.maximum(rest.mean[self._resting], least),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
             rest.per_second,
         )

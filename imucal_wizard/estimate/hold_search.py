@@ -14,12 +14,13 @@ from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlie
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import (
+    ReducedRecording,
     loose_candidates,
+    reduce_recording,
     rest_numbers,
     turning_rates,
     usual_candidates,
 )
-from imucal_wizard.measurement.stillness import ReducedRecording, reduce_recording
 from imucal_wizard.model.identifiability import expected_error
 
 EQUAL_EXPECTED_RATIO = 1.1
@@ -85,7 +86,7 @@ def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
         for one, error in zip(found, errors, strict=True)
         if error <= EQUAL_EXPECTED_RATIO * least
     ]
-    return max(equal, key=lambda holds: sum(one.end - one.start for one in holds) / len(holds))
+    return max(equal, key=lambda holds: sum(one.end - one.start for one in holds))
 
 
 def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) -> float:

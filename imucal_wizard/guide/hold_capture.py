@@ -23,7 +23,8 @@ from imucal_wizard.guide.live_checks import reject_clipped
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.guide.wording import plural
 from imucal_wizard.measurement.blocks import join_blocks
-from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_from
+from imucal_wizard.measurement.holds import Collected, Hold, hold_from
+from imucal_wizard.measurement.rests import HoldBuilder
 from imucal_wizard.measurement.stillness import Block
 
 BLOCKS_PER_SECOND = 10.0
@@ -49,7 +50,7 @@ class HoldCapture:
     def add(self, block: Block) -> None:
         """Take the next block, still or not."""
         self._newest.append(block)
-        self._builder.add(block.summary, self._context.still)
+        self._builder.add(block.summary, block.window, self._context.still)
         self._motion.add(block, still=self._context.still)
         run = self._context.run
         if self._builder.seconds >= MAX_HOLD_SECONDS:
@@ -73,8 +74,9 @@ class HoldCapture:
         return self._builder.seconds + (self._earlier if run.kept is not None else 0.0)
 
     def hold(self) -> Hold | None:
-        """The present hold without its guards, or None."""
-        return self._builder.hold(self._context.up_estimate.radius)
+        """The hold of the present rest, or None."""
+        context = self._context
+        return self._builder.hold(context.up_estimate.radius, *context.resolution.steps)
 
     def newest(self, seconds: float) -> Hold | None:
         """A hold of the newest seconds after the last kept hold, still or not; None if too few."""
@@ -132,11 +134,18 @@ class HoldCapture:
         kept = context.run.kept
         if kept is None or kept.dropped or context.run.complete:
             return
-        hold = self._builder.hold(self._context.up_estimate.radius)
-        if hold is not None:
-            kept.update(hold)
+        grown = self._grown(kept)
+        if grown is not None:
+            kept.update(grown)
         if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
             context.watch.rest_at(kept.hold.gyroscope)
+
+    def _grown(self, kept: KeptHold) -> Hold | None:
+        """A kept hold with what its rest has gained since; None if the rest is another one."""
+        hold = None if kept.dropped else self.hold()
+        if hold is None or hold.start >= kept.hold.end or hold.end <= kept.hold.start:
+            return None
+        return hold
 
     def fresh(self) -> None:
         """Begin a new run: the device moves."""
@@ -154,8 +163,9 @@ class HoldCapture:
     def collected(self) -> Collected:
         """All measurements; a hold in progress has its present length."""
         run, own = self._context.run, self._context.measurements
-        kept, grown = run.kept, self._builder.hold(self._context.up_estimate.radius)
-        if kept is None or kept.dropped or run.complete or grown is None:
+        kept = run.kept
+        grown = None if kept is None or run.complete else self._grown(kept)
+        if kept is None or grown is None:
             return own.collected()
         before = kept.hold
         kept.update(grown)

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.instruction import Instruction, RotationRequest
-from imucal_wizard.core.limits.procedure import HAND_HELD_EXCESS, MAX_LOOSENED
+from imucal_wizard.core.limits.procedure import HAND_HELD_EXCESS, MAX_LOOSENED, WINDOW_SECONDS
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings
@@ -244,7 +244,8 @@ class StateMachine:
             self._tell(run.kept)
             return
         hold = self.capture.hold()
-        if hold is None:
+        # a slow motion has calm moments, which are shorter than the rest that the step asks for
+        if hold is None or hold.end - hold.start < self.stage.seconds - WINDOW_SECONDS:
             return
         if context.watch.tighten(self.stage.seconds):
             context.emit(EventKind.WARNING, "Calm again: the limits are back to normal.")

@@ -1,6 +1,5 @@
 """Holds and rotations, summarised so that their samples are not needed again."""
 
-from collections import deque
 from dataclasses import replace
 from functools import lru_cache
 
@@ -8,7 +7,6 @@ import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
     FINER_TIMES,
-    GUARD_BLOCKS,
     MAX_SETTLING_SIGMA,
     MAX_SLOW_TO_FAST,
     MAX_SWAY,
@@ -22,12 +20,12 @@ from imucal_wizard.core.limits.stillness import (
     SETTLING_SECONDS,
     SETTLING_TIMES,
     TAIL_DOUBT,
-    WINDOW_BLOCKS,
+    TIME_TOLERANCE,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows
-from imucal_wizard.measurement.blocks import Blocks, join_blocks
+from imucal_wizard.measurement.blocks import Blocks
 from imucal_wizard.measurement.rounding import rounding_variance
 
 
@@ -166,7 +164,7 @@ def hold_at_rest(
     step_a: FloatArray | float = 0.0,
     step_g: FloatArray | float | None = 0.0,
 ) -> Hold | None:
-    """The hold in a run of still blocks, guards already removed; None if its direction drifts.
+    """The hold in the blocks of a rest, guards removed; None if it is too short or drifts.
 
     Args:
         blocks: consecutive blocks.
@@ -174,8 +172,14 @@ def hold_at_rest(
         step_a: resolution of the accelerometer, if known.
         step_g: resolution of the gyroscope, if known.
     """
+    if _too_short(blocks):
+        return None
     piece = settled(trim_ends(blocks, step_a, step_g), step_a)
-    return None if drifts(piece, step_a, gravity) else hold_from(piece)
+    return None if _too_short(piece) or drifts(piece, step_a, gravity) else hold_from(piece)
+
+
+def _too_short(blocks: Blocks) -> bool:
+    return bool(blocks.end[-1] - blocks.start[0] < MIN_HOLD_SECONDS - TIME_TOLERANCE)
 
 
 def drifts(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
@@ -343,61 +347,3 @@ def _lowest_waves(count: int) -> FloatArray:
     phase = 2.0 * np.pi * np.outer(cycles, np.arange(count) + 0.5) / count
     waves: FloatArray = np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count)
     return waves
-
-
-class HoldBuilder:
-    """Collects the blocks of the current rest in a stream."""
-
-    def __init__(self) -> None:
-        self._recent: deque[Blocks] = deque(maxlen=WINDOW_BLOCKS)
-        self._run: list[Blocks] = []
-
-    @property
-    def seconds(self) -> float:
-        """Duration of the hold if it ended now, without guards, s."""
-        kept = len(self._run) - 2 * GUARD_BLOCKS
-        if kept <= 0:
-            return 0.0
-        return float(self._run[-1 - GUARD_BLOCKS].end[0] - self._run[GUARD_BLOCKS].start[0])
-
-    def add(self, block: Blocks, still: bool) -> None:
-        """Add one block, and whether the window ending with it is still.
-
-        The first block after a run ended it, so the next run begins after that block.
-        """
-        self._recent.append(block)
-        if not still:
-            if self._run:
-                self.drop()
-        elif self._run:
-            self._run.append(block)
-        else:
-            self._run = list(self._recent)
-
-    def hold(self, gravity: float) -> Hold | None:
-        """The hold so far without guards and unsettled ends; None if it drifts or nothing remains.
-
-        Args:
-            gravity: reading of one gravity.
-        """
-        kept = self._run[GUARD_BLOCKS : len(self._run) - GUARD_BLOCKS]
-        return hold_at_rest(join_blocks(kept), gravity) if kept else None
-
-    def drop(self) -> None:
-        """Drop the current run and the blocks before it."""
-        self._run = []
-        self._recent.clear()
-
-
-def runs_of_still_blocks(still: BoolArray) -> list[tuple[int, int]]:
-    """Runs of blocks in which every window is still, as (first, past the last), without guards."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
-    runs = []
-    earliest = 0
-    for first, past in edges.reshape(-1, 2):
-        start = max(int(first) - WINDOW_BLOCKS + 1, earliest) + GUARD_BLOCKS
-        stop = int(past) - GUARD_BLOCKS
-        earliest = int(past) + 1
-        if stop > start:
-            runs.append((start, stop))
-    return runs

@@ -1,62 +1,181 @@
 """Holds and rotations of a recording, and the stillness limits that suit it.
 
 No fixed multiple of the quietest noise finds the holds of every recording: a device on a table
-needs 1, a hand-held device 1,000. Every candidate limit is tried, and the fit decides.
+needs 1, a hand-held device 1,000. Every candidate limit is tried, and the fit decides. The limits
+tell where the device rests; how long it rests is a matter of its own noise (``rests``).
 """
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
+    GUARD_BLOCKS,
     LIVELY_PERCENTILE,
     MAX_FORCE_LIMIT,
     MAX_RATE_LIMIT,
     MIN_HOLD_SECONDS,
     MIN_ROTATION_SECONDS,
+    QUIET_BLOCKS,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
     TIME_TOLERANCE,
     VARIANCE_FACTORS,
+    WINDOW_BLOCKS,
 )
-from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, IntArray, Series
+from imucal_wizard.core.readings import (
+    MAX_SAMPLE_INTERVALS,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Readings,
+    Series,
+)
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
-from imucal_wizard.measurement.blocks import Blocks
+from imucal_wizard.measurement.blocks import (
+    BlockCutter,
+    Blocks,
+    join_blocks,
+    resample_gyroscope,
+)
 from imucal_wizard.measurement.clipping import CLIPPED_ROTATION, RateSegment, clipped_motions
 from imucal_wizard.measurement.holds import (
     Hold,
     Rotation,
     hold_at_rest,
-    runs_of_still_blocks,
 )
-from imucal_wizard.measurement.stillness import Limits, ReducedRecording
+from imucal_wizard.measurement.rests import Rests, blocks_of_rests, still_runs
+from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
+from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, Windows
+
+SAMPLES_PER_SLAB = 200_000
+"""Samples cut at a time, so that memory stays bounded for any length of recording."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedRecording:
+    """A recording reduced to blocks and windows.
+
+    Attributes:
+        blocks: its blocks.
+        windows: one per block.
+        noise: noise of its quietest two seconds, at least the rounding noise.
+        step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
+        step_g: resolution of each gyroscope axis, or None.
+        gravity: reading of one gravity: half the range of the liveliest axis.
+        rests: the rests of the recording.
+        holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
+    """
+
+    blocks: Blocks
+    windows: Windows
+    noise: Noise
+    step_a: FloatArray
+    step_g: FloatArray | None
+    gravity: float
+    rests: Rests
+    holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
+
+    @property
+    def seconds(self) -> float:
+        """Duration of all blocks together, s."""
+        return float((self.blocks.end - self.blocks.start).sum())
+
+
+def reduce_recording(readings: Readings) -> ReducedRecording | None:
+    """Reduce a recording to blocks, windows and its quietest noise; None if it is too short."""
+    together = resample_gyroscope(readings)
+    rate = together.accelerometer.rate
+    if rate <= 0.0:
+        return None
+    cutter, maker = BlockCutter(rate), WindowMaker()
+    parts = [cutter.feed(part) for part in _slabs(together)]
+    blocks = join_blocks(parts)
+    windows = maker.feed(blocks)
+    gyroscope = readings.gyroscope
+    step_a = resolution_of(readings.accelerometer.values)
+    step_g = None if gyroscope is None else resolution_of(gyroscope.values)
+    noise = _quietest(windows, step_a, step_g)
+    if noise is None:
+        return None
+    gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    rests = Rests(windows, step_a, step_g)
+    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity, rests)
+
+
+def _slabs(readings: Readings) -> Iterator[Readings]:
+    for first in range(0, len(readings), SAMPLES_PER_SLAB):
+        part = readings.inertial_part(first, first + SAMPLES_PER_SLAB)
+        yield replace(part, temperature=readings.temperature if first == 0 else None)
+
+
+def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:
+    """Noise of the two seconds in which all axes together are quietest.
+
+    If the noise is smaller than the resolution, most windows show none and the others flicker
+    between two values; the rounding noise is then the lower limit.
+    """
+    full = windows.full
+    if full.sum() < QUIET_BLOCKS:
+        return None
+    floor_a = rounding_noise(step_a)
+    floor_g = None if step_g is None else rounding_noise(step_g)
+    score = _relative(windows.std_a, full, floor_a)
+    if windows.std_g is not None and floor_g is not None:
+        score = score + _relative(windows.std_g, full, floor_g)
+    score[~(full & np.isfinite(score))] = np.inf
+    spans = np.lib.stride_tricks.sliding_window_view(score, QUIET_BLOCKS).sum(axis=1)
+    start = int(np.argmin(spans))
+    if not np.isfinite(spans[start]):
+        return None
+    part = slice(start, start + QUIET_BLOCKS)
+    std_g = mean_g = None
+    if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
+        std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
+        mean_g = windows.mean_g[part].mean(axis=0)
+    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g)
+
+
+def _rms(std: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt((std**2).mean(axis=0)))
+
+
+def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray:
+    """Variance over all axes relative to its own low values, so that two sensors can be added."""
+    variance = (std**2).sum(axis=1)
+    quiet = np.sort(variance[full & np.isfinite(variance)])[:50]
+    least = max(median(quiet), float(floor @ floor), 1e-300)
+    return np.asarray(variance / least)
 
 
 def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
-    """The holds under these limits that are long enough."""
-    runs = runs_of_still_blocks(stream.windows.still(limits))
-    holds = [_hold_of_run(stream, run) for run in runs]
+    """The holds in the rests that these limits find."""
+    seconds = median(stream.blocks.end - stream.blocks.start)
+    shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
+    runs = still_runs(stream.windows.still(limits))
+    rests = {
+        rest
+        for first, past in runs
+        for rest in stream.rests.within(first, past, shortest - WINDOW_BLOCKS + 1)
+    }
+    holds = [_hold_of_rest(stream, rest) for rest in blocks_of_rests(sorted(rests))]
     return [hold for hold in holds if hold is not None]
 
 
-def _hold_of_run(stream: ReducedRecording, run: tuple[int, int]) -> Hold | None:
-    """The hold in a run of still blocks; None if it is too short or drifts.
+def _hold_of_rest(stream: ReducedRecording, rest: tuple[int, int]) -> Hold | None:
+    """The hold in the blocks of a rest; None if it is too short or drifts.
 
-    Many limits find the same run, so each is summarised once.
+    Many limits find the same rest, so each is summarised once.
     """
-    if run not in stream.holds:
-        blocks, hold = stream.blocks.select(slice(*run)), None
-        if _long_enough(blocks):
-            hold = hold_at_rest(blocks, stream.gravity, stream.step_a, stream.step_g)
-        long = hold is not None and hold.end - hold.start >= MIN_HOLD_SECONDS - TIME_TOLERANCE
-        stream.holds[run] = hold if long else None
-    return stream.holds[run]
-
-
-def _long_enough(piece: Blocks) -> bool:
-    return bool(piece.end[-1] - piece.start[0] >= MIN_HOLD_SECONDS - 1e-9)
+    if rest not in stream.holds:
+        blocks = stream.blocks.select(slice(*rest))
+        hold = hold_at_rest(blocks, stream.gravity, stream.step_a, stream.step_g)
+        stream.holds[rest] = hold
+    return stream.holds[rest]
 
 
 def usual_candidates(stream: ReducedRecording) -> Iterator[tuple[float, list[Hold]]]:

@@ -6,21 +6,16 @@ deviation covers all samples in the window (within and between blocks), so a slo
 well as a tremor.
 """
 
-from collections.abc import Iterator
-from dataclasses import field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.limits.stillness import QUIET_BLOCKS, WINDOW_BLOCKS
+from imucal_wizard.core.limits.stillness import WINDOW_BLOCKS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, median_of_rows, true_on_all_axes
-from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks, resample_gyroscope
-from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
-
-SAMPLES_PER_SLAB = 200_000
-"""Samples cut at a time, so that memory stays bounded for any length of recording."""
+from imucal_wizard.core.statistics import median_of_rows, true_on_all_axes
+from imucal_wizard.measurement.blocks import BlockCutter, Blocks, join_blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +107,21 @@ class Windows:
         if self.mean_g is not None and limits.rate is not None and rest is not None:
             still &= true_on_all_axes(~(np.abs(self.mean_g - rest) > limits.rate))
         return still
+
+
+def join_windows(parts: Sequence[Windows]) -> Windows:
+    """Join consecutive pieces of one stream of windows."""
+
+    def joined(pieces: list[FloatArray | None]) -> FloatArray | None:
+        known = [piece for piece in pieces if piece is not None]
+        return np.concatenate(known) if known else None
+
+    return Windows(
+        np.concatenate([part.std_a for part in parts]),
+        joined([part.std_g for part in parts]),
+        joined([part.mean_g for part in parts]),
+        np.concatenate([part.full for part in parts]),
+    )
 
 
 class WindowMaker:
@@ -299,96 +309,3 @@ class BlockStream:
         count = int(np.searchsorted(series.time, last, side="right"))
         self._field = series.part(count, len(series))
         return series.part(0, count)
-
-
-@dataclass(frozen=True, eq=False)
-class ReducedRecording:
-    """A recording reduced to blocks and windows.
-
-    Attributes:
-        blocks: its blocks.
-        windows: one per block.
-        noise: noise of its quietest two seconds, at least the rounding noise.
-        step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
-        step_g: resolution of each gyroscope axis, or None.
-        gravity: reading of one gravity: half the range of the liveliest axis.
-        holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
-    """
-
-    blocks: Blocks
-    windows: Windows
-    noise: Noise
-    step_a: FloatArray
-    step_g: FloatArray | None
-    gravity: float
-    holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
-
-    @property
-    def seconds(self) -> float:
-        """Duration of all blocks together, s."""
-        return float((self.blocks.end - self.blocks.start).sum())
-
-
-def reduce_recording(readings: Readings) -> ReducedRecording | None:
-    """Reduce a recording to blocks, windows and its quietest noise; None if it is too short."""
-    together = resample_gyroscope(readings)
-    rate = together.accelerometer.rate
-    if rate <= 0.0:
-        return None
-    cutter, maker = BlockCutter(rate), WindowMaker()
-    parts = [cutter.feed(part) for part in _slabs(together)]
-    blocks = join_blocks(parts)
-    windows = maker.feed(blocks)
-    gyroscope = readings.gyroscope
-    step_a = resolution_of(readings.accelerometer.values)
-    step_g = None if gyroscope is None else resolution_of(gyroscope.values)
-    noise = _quietest(windows, step_a, step_g)
-    if noise is None:
-        return None
-    gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
-    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity)
-
-
-def _slabs(readings: Readings) -> Iterator[Readings]:
-    for first in range(0, len(readings), SAMPLES_PER_SLAB):
-        part = readings.inertial_part(first, first + SAMPLES_PER_SLAB)
-        yield replace(part, temperature=readings.temperature if first == 0 else None)
-
-
-def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:
-    """Noise of the two seconds in which all axes together are quietest.
-
-    If the noise is smaller than the resolution, most windows show none and the others flicker
-    between two values; the rounding noise is then the lower limit.
-    """
-    full = windows.full
-    if full.sum() < QUIET_BLOCKS:
-        return None
-    floor_a = rounding_noise(step_a)
-    floor_g = None if step_g is None else rounding_noise(step_g)
-    score = _relative(windows.std_a, full, floor_a)
-    if windows.std_g is not None and floor_g is not None:
-        score = score + _relative(windows.std_g, full, floor_g)
-    score[~(full & np.isfinite(score))] = np.inf
-    spans = np.lib.stride_tricks.sliding_window_view(score, QUIET_BLOCKS).sum(axis=1)
-    start = int(np.argmin(spans))
-    if not np.isfinite(spans[start]):
-        return None
-    part = slice(start, start + QUIET_BLOCKS)
-    std_g = mean_g = None
-    if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
-        std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
-        mean_g = windows.mean_g[part].mean(axis=0)
-    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g)
-
-
-def _rms(std: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt((std**2).mean(axis=0)))
-
-
-def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray:
-    """Variance over all axes relative to its own low values, so that two sensors can be added."""
-    variance = (std**2).sum(axis=1)
-    quiet = np.sort(variance[full & np.isfinite(variance)])[:50]
-    least = max(median(quiet), float(floor @ floor), 1e-300)
-    return np.asarray(variance / least)

@@ -71,6 +71,12 @@ class FieldUnit:
     size: float = 1.0
 
 
+WARMING_CELL = 30.0
+"""Temperatures are averaged over so many seconds before they are differentiated: a thermometer's
+steps of a sixteenth of a degree make a slope of some 0.0003 °C/s then, a warming device one of
+0.02 °C/s."""
+
+
 @dataclass(frozen=True, eq=False)
 class Circumstances:
     """All that an effect may depend on, one row per hold or per sample.
@@ -90,6 +96,8 @@ class Circumstances:
             none is given.
         current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
         current_unit: ``A`` or ``%``.
+        history: time, s, and temperature, °C, of the whole session, in any order; that of the rows
+            when none is given.
         gravity: local gravity, m/s².
         field_unit: of ``magnetic``.
         reference_temperature: mean temperature of the session, °C; NaN takes the mean of the rows.
@@ -105,6 +113,7 @@ class Circumstances:
     magnetic: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
     current_unit: str = "A"
+    history: tuple[FloatArray, FloatArray] = (np.zeros(0), np.zeros(0))
     gravity: float = STANDARD_GRAVITY
     field_unit: FieldUnit = field(default_factory=FieldUnit)
     reference_temperature: float = np.nan
@@ -115,6 +124,8 @@ class Circumstances:
             object.__setattr__(self, "magnetic", np.full((len(self), 3), np.nan))
         if len(self.current) != len(self):
             object.__setattr__(self, "current", np.full(len(self), np.nan))
+        if not len(self.history[0]):
+            object.__setattr__(self, "history", (self.time, self.temperature))
         known = self.temperature[np.isfinite(self.temperature)]
         if np.isnan(self.reference_temperature) and len(known):
             object.__setattr__(self, "reference_temperature", float(known.mean()))
@@ -124,6 +135,28 @@ class Circumstances:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def warming(self) -> FloatArray:
+        """Rate of change of the temperature, °C/s, shape (n,); 0 where it is unknown.
+
+        Of the history's means over ``WARMING_CELL`` seconds.
+        """
+        time, temperature = self.history
+        known = np.isfinite(temperature)
+        then, warmth = time[known], temperature[known]
+        if not len(then):
+            return np.zeros(len(self))
+        order = np.argsort(then, kind="stable")
+        then, warmth = then[order], warmth[order]
+        cell = np.floor((then - then[0]) / WARMING_CELL)
+        first = np.flatnonzero(np.diff(cell, prepend=-1.0))
+        count = np.diff(first, append=len(then))
+        middle, mean = (np.add.reduceat(one, first) / count for one in (then, warmth))
+        if len(middle) < 2:
+            return np.zeros(len(self))
+        slope = np.gradient(mean, middle, edge_order=1 if len(middle) == 2 else 2)
+        return np.asarray(np.interp(self.time, middle, slope))
 
     def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
         """The same with other true inputs of a sensor, SI, shape (n, 3)."""

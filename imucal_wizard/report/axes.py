@@ -7,6 +7,7 @@ s₁)`` and that a calibration corrects further by ``(o₂, s₂)`` are composed
 """
 
 import re
+from contextlib import suppress
 
 import numpy as np
 
@@ -86,21 +87,24 @@ def named_values(data: bytes | None) -> dict[str, float]:
     """Parameters of a file with a name and a number in each line; "#" begins a comment.
 
     The name and the number stand side by side: ArduPilot's ``NAME value`` and ``NAME,value``, PX4's
-    ``1 1 NAME value type``, and ``set name = value`` of a command line.
+    ``1 1 NAME value type``, and ``set name = value,value`` of a command line, whose values are
+    ``name/0``, ``name/1``. What is no number is left out.
 
     Raises:
         ValueError: there is none.
     """
     found: dict[str, float] = {}
     for line in (data or b"").decode(errors="replace").splitlines():
-        match = re.search(r"([A-Za-z]\w+)[\s,=]+([-+0-9.eE,]+)", line.partition("#")[0])
-        words = match.group(2).split(",") if match and not line.startswith("set ") else []
-        if line.startswith("set ") and "=" in line:
-            key, _, text = line.removeprefix("set ").partition("=")
-            words = text.strip().split(",")
-            found |= {f"{key.strip()}/{place}": float(one) for place, one in enumerate(words)}
-        elif match and words[0]:
-            found[match.group(1)] = float(words[0])
+        text = line.partition("#")[0].strip()
+        key, is_set, values = text.removeprefix("set ").partition("=")
+        if text.startswith("set ") and is_set:
+            texts = {f"{key.strip()}/{at}": one for at, one in enumerate(values.split(","))}
+        else:
+            match = re.search(r"([A-Za-z]\w+)[\s,=]+([-+0-9.eE]+)", text)
+            texts = {match.group(1): match.group(2)} if match else {}
+        for name, one in texts.items():
+            with suppress(ValueError):
+                found[name] = float(one)
     if data is not None and not found:
         raise ValueError("no parameter in it")
     return found

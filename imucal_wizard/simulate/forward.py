@@ -40,6 +40,7 @@ class TrueCircumstances:
         step: time of a step of bias or scale, minutes.
         settling: time constant of the warm-up, minutes.
         current: current of the motors, A, shape (n,).
+        warming: rate of change of the temperature, °C/s, shape (n,).
         change: change of the rate over the sampling interval before, °/s², shape (n, 3).
     """
 
@@ -54,6 +55,7 @@ class TrueCircumstances:
     step: float = STEP_TIME
     settling: float = WARM_UP_TIME
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
+    warming: FloatArray = field(default_factory=lambda: np.zeros(0))
     change: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
@@ -83,7 +85,7 @@ def third_order(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 
 
 def cubic_cross(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
-    """``K a_i a_j a_k``, two of the three alike."""
+    """``K a_i a_j a_k``, not all of the three alike."""
     return np.asarray(c.sensed[:, list(axes)].prod(axis=1), np.float64)
 
 
@@ -100,6 +102,11 @@ def cross_product(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
 def bias_temperature(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
     """``K (T − T₀)``."""
     return c.temperature - REFERENCE_TEMPERATURE
+
+
+def thermal_lag(c: TrueCircumstances, _: tuple[int, ...]) -> FloatArray:
+    """``−K dT/dt``: the temperature of a moment ago."""
+    return -c.warming
 
 
 def scale_temperature(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:

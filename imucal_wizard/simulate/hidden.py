@@ -9,6 +9,7 @@ output then input (``xy``: gravity along y acts on the x gyroscope); ``cross-pro
 ``anisoelastic`` and ``cubic-cross`` three, output then both factors (``xyz``; ``zxx``: the square
 of the force along x changes the gain of z). For these, one letter means ``xx`` and ``xxy``
 (``yyz``, ``zzx``), of ``cubic-cross`` ``xyy``. ``clock`` acts on all axes, whichever is named.
+``thermal-lag`` is in seconds of a zero that moves by 1 mg/°C, or by 0.01 °/s/°C.
 """
 
 import math
@@ -50,6 +51,7 @@ ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
     "cubic-cross": HiddenTerm(forward.cubic_cross, "mg/g³", MILLI_G, letters=3, usual="xyy"),
     "dead-zone": HiddenTerm(forward.dead_zone, "mg", MILLI_G),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "mg/°C", MILLI_G),
+    "thermal-lag": HiddenTerm(forward.thermal_lag, "s", MILLI_G),
     "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", _PPM_G),
     "scale-step": HiddenTerm(forward.scale_step, "ppm", _PPM_G),
     "warm-up": HiddenTerm(forward.warm_up, "mg", MILLI_G),
@@ -67,6 +69,7 @@ GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
     "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * _DEGREE),
     "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * _DEGREE, letters=3),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", _DEGREE),
+    "thermal-lag": HiddenTerm(forward.thermal_lag, "s", 0.01 * _DEGREE),
     "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
     "scale-step": HiddenTerm(forward.scale_step, "ppm", 1e-6 * _DEGREE),
     "clock": HiddenTerm(forward.changing_clock, "ppm/min", 1e-6 * _DEGREE),

@@ -166,6 +166,7 @@ class VirtualStream:
             sensed,
             self._step,
             current=np.zeros(len(motion.time)) if current is None else current,
+            warming=self._sensor.thermal.warming_at(motion.time),
             change=change,
         )
 

@@ -67,6 +67,10 @@ class Thermal:
         """Temperature of the chip at these times, °C."""
         return self.ambient + self.rise * -np.expm1(-time / self.tau)
 
+    def warming_at(self, time: FloatArray) -> FloatArray:
+        """Its rate of change, °C/s."""
+        return self.rise / self.tau * np.exp(-time / self.tau)
+
 
 @dataclass(frozen=True, eq=False)
 class SensorModel:

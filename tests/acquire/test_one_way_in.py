@@ -14,8 +14,7 @@ from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
-from imucal_wizard.measurement.segmentation import holds_under
-from imucal_wizard.measurement.stillness import reduce_recording
+from imucal_wizard.measurement.segmentation import holds_under, reduce_recording
 from tests.acquire.firmware import STREAMS
 
 RATE = 100.0

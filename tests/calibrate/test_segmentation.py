@@ -7,15 +7,16 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.recording import fit_readings
-from imucal_wizard.measurement import stillness
+from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import (
+    ReducedRecording,
     holds_under,
+    reduce_recording,
     rest_numbers,
     rotations_between,
     usual_candidates,
 )
-from imucal_wizard.measurement.stillness import ReducedRecording, reduce_recording
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from tests.calibrate.sessions import RATE, session, true, with_accelerometer, with_gyroscope
@@ -90,7 +91,7 @@ def test_the_motions_between_poses_alone_calibrate_a_gyroscope() -> None:
 def test_slabs_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut into pieces of any size for the sake of memory: the same holds to the last bit."""
     whole = reduce_recording(session())
-    monkeypatch.setattr(stillness, "SAMPLES_PER_SLAB", 777)
+    monkeypatch.setattr(segmentation, "SAMPLES_PER_SLAB", 777)
     pieces = reduce_recording(session())
     assert whole is not None
     assert pieces is not None

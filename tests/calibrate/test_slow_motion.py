@@ -12,7 +12,9 @@ from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks
-from imucal_wizard.measurement.holds import HoldBuilder, hold_at_rest
+from imucal_wizard.measurement.holds import hold_at_rest
+from imucal_wizard.measurement.rests import HoldBuilder
+from imucal_wizard.measurement.stillness import WindowMaker
 
 RATE = 100.0
 SECONDS = 4.0
@@ -41,8 +43,10 @@ def test_a_hold_whose_direction_drifts_is_no_hold(noise: float, speed: float) ->
     assert hold_at_rest(blocks_of(values), G) is not None
     assert hold_at_rest(blocks_of(drifting), G) is None
     builder, blocks = HoldBuilder(), blocks_of(drifting)
+    windows = WindowMaker().feed(blocks)
     for index in range(len(blocks)):
-        builder.add(blocks.select(slice(index, index + 1)), still=True)
+        row = slice(index, index + 1)
+        builder.add(blocks.select(row), windows.select(row), still=bool(windows.full[index]))
     assert builder.hold(G) is None
 
 

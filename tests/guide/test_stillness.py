@@ -9,13 +9,8 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, block_moments, join_blocks
-from imucal_wizard.measurement.holds import (
-    Hold,
-    HoldBuilder,
-    hold_from,
-    runs_of_still_blocks,
-    trim_ends,
-)
+from imucal_wizard.measurement.holds import Hold, hold_at_rest, hold_from, trim_ends
+from imucal_wizard.measurement.rests import HoldBuilder, Rests, blocks_of_rests, still_runs
 from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, measure_noise
 
 RATE = 100.0
@@ -65,11 +60,12 @@ def streamed(parts: list[Readings], limits: Limits) -> list[Hold]:
     holds: list[Hold] = []
     for part in parts:
         blocks = cutter.feed(part)
-        still = maker.feed(blocks).still(limits)
-        for index, decision in enumerate(still):
+        windows = maker.feed(blocks)
+        for index, decision in enumerate(windows.still(limits)):
             if not decision and (hold := builder.hold(4096.0)) is not None:
                 holds.append(hold)
-            builder.add(blocks.select(slice(index, index + 1)), bool(decision))
+            row = slice(index, index + 1)
+            builder.add(blocks.select(row), windows.select(row), bool(decision))
     last = builder.hold(4096.0)
     return holds if last is None else [*holds, last]
 
@@ -77,8 +73,13 @@ def streamed(parts: list[Readings], limits: Limits) -> list[Hold]:
 def at_once(readings: Readings, limits: Limits) -> list[Hold]:
     """Holds of a file, all blocks together."""
     blocks = BlockCutter(RATE).feed(readings)
-    still = WindowMaker().feed(blocks).still(limits)
-    return [hold_from(blocks.select(slice(*run))) for run in runs_of_still_blocks(still)]
+    windows = WindowMaker().feed(blocks)
+    rests = Rests(windows)
+    found = {rests.around(*run) for run in still_runs(windows.still(limits))}
+    holds = [
+        hold_at_rest(blocks.select(slice(*run)), 4096.0) for run in blocks_of_rests(sorted(found))
+    ]
+    return [hold for hold in holds if hold is not None]
 
 
 LIMITS = Limits(np.full(3, 20.0), np.full(3, 20.0))
@@ -175,7 +176,7 @@ def test_a_missing_sample_breaks_every_window_it_touches() -> None:
 
 def test_a_run_after_a_break_shares_no_block_with_the_run_before() -> None:
     still = np.array([0] * 5 + [1] * 10 + [0] + [1] * 10, bool)
-    runs = runs_of_still_blocks(still)
+    runs = blocks_of_rests(still_runs(still))
     assert runs == [(2, 14), (17, 25)]
 
 

@@ -99,13 +99,30 @@ def test_a_product_acts_on_the_axis_named_first() -> None:
     np.testing.assert_allclose(rates["xxz"], [-0.02, 0.0, 0.0])
 
 
-def test_a_cubic_cross_term_is_a_gain_by_the_square_of_another_axis() -> None:
-    """``yxx`` is what y reads of a_y·a_x²; no term has a level axis in it."""
+def test_a_cubic_cross_term_is_a_gain_by_the_product_of_two_forces() -> None:
+    """``yxx`` is what y reads of a_y·a_x², ``yxy`` of a_y·a_x·a_y; no term has a level axis."""
     cubic = named("cubic-cross", "accelerometer", moment())
-    assert list(cubic) == ["xyy", "xzz", "yxx", "yzz", "zxx", "zyy"]
+    assert list(cubic)[:5] == ["xxy", "xxz", "xyy", "xyz", "xzz"]
+    assert len(cubic) == 15
+    np.testing.assert_allclose(cubic["yxy"], [0.0, 0.6 * 0.64, 0.0])
+    np.testing.assert_array_equal(cubic["xyz"], np.zeros(3))
     np.testing.assert_allclose(cubic["yxx"], [0.0, -0.8 * 0.36, 0.0])
     np.testing.assert_allclose(cubic["xyy"], [0.6 * 0.64, 0.0, 0.0])
     np.testing.assert_array_equal(cubic["zyy"], np.zeros(3))
+
+
+def test_a_lagging_zero_falls_short_while_the_device_warms() -> None:
+    """A minute at 0.01 °C/s makes −0.6 mg; 0.02 °C of noise, 0.02 mg rms, and up to 0.08."""
+    time = np.arange(0.0, 1200.0, 12.0)
+    rng = np.random.default_rng(1)
+    turning = np.where(time < 600.0, 0.01 * time, 12.0 - 0.01 * time)
+    none = np.zeros((100, 3))
+    warm = 20.0 + turning + 0.02 * rng.standard_normal(100)
+    held = Circumstances(none, none, warm, time, none, np.zeros(100))
+    late = effect("thermal-lag").error("accelerometer", held, np.array([0.0, 60.0, 0.0]))
+    assert not late[:, [0, 2]].any()
+    np.testing.assert_allclose(late[3:45, 1] / MILLI_G, -0.6, atol=0.08)
+    np.testing.assert_allclose(late[55:97, 1] / MILLI_G, 0.6, atol=0.08)
 
 
 def test_a_changing_clock_moves_all_axes_by_one_share() -> None:

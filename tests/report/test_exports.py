@@ -268,6 +268,37 @@ def test_what_the_controller_corrected_is_composed_and_not_corrected_twice(
         assert values["CAL_ACC0_ID"] == 1310988
 
 
+@pytest.mark.parametrize(
+    ("name", "present", "says"),
+    [
+        ("px4", "hello", "none of px4"),
+        ("px4", PRESENT["ardupilot"], "none of px4: no name begins with CAL_"),
+        ("inav", "set gyro_lpf = OFF\nset looptime = 1000", "no name begins with acczero_"),
+        ("c-header", PRESENT["px4"], "takes no present parameters"),
+        ("px4", PRESENT["px4"] + "\n1\t1\tTC_A_ENABLE\t1\t6", "switch that off"),
+    ],
+)
+def test_present_parameters_that_do_not_compose_are_refused(
+    name: str, present: str, says: str, tmp_path: Path
+) -> None:
+    settings = ExportSettings(present=present.encode())
+    with pytest.raises(UsageError, match=says):
+        write_export(calibration(felt=False), name, tmp_path / "v", settings)
+    assert not list(tmp_path.iterdir())
+
+
+def test_inav_composes_with_the_settings_of_its_own_dump(tmp_path: Path) -> None:
+    """``(adc − zero) · gain / 4096``, and then the calibration of that."""
+    dump = "# dump\nset gyro_lpf = OFF\nset acczero_x = 40\nset accgain_x = 4200\nsave\n"
+    settings = ExportSettings(present=dump.encode())
+    write_export(calibration(felt=False), "inav", tmp_path / "i.txt", settings)
+    lines = (tmp_path / "i.txt").read_text().splitlines()
+    offset, scale = best_axes(scaled=True)
+    zero = 40 + offset[0] * 2048 / G * 4096 / 4200
+    assert f"set acczero_x = {round(zero)}" in lines
+    assert f"set accgain_x = {round(4200 * scale[0])}" in lines
+
+
 def test_inav_and_betaflight_have_whole_counts(tmp_path: Path) -> None:
     offset, scale = best_axes(scaled=True)
     write_export(calibration(felt=False), "inav", tmp_path / "i.txt")
@@ -368,6 +399,17 @@ def test_the_command_proves_what_it_writes(
     ):
         assert words in said
     assert said.count("written: ") == 2
+
+
+def test_a_file_that_corrects_worse_than_none_fails_the_check(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    made = calibration(felt=False)
+    wrong = msgspec.structs.replace(made["accelerometer"], bias=[9.0, 0.0, 0.0])
+    alone = msgspec.structs.replace(made, sensors={"accelerometer": wrong})
+    saved = alone.save(tmp_path / "my.json", force=True)
+    assert cli.main(["export", str(saved), "--to", "ros-imu-calib"]) == 1
+    assert "worse than no calibration" in capsys.readouterr().out
 
 
 def test_the_targets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

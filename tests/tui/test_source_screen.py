@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import pytest
+from textual.events import Key
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.errors import LinkError
@@ -223,6 +224,19 @@ async def test_a_magnetometer_with_missing_axes_is_ignored() -> None:
         await shows(pilot, "is this what you expect?")
         await pilot.press("c", "enter")
         await shows(pilot, "the magnetometer needs all of mx, my, mz, or none")
+
+
+async def test_enter_does_not_overtake_the_keys_before_it() -> None:
+    """Keys that arrive together, as from a slow connection, count in their order."""
+    source = fakes.FakeSource()
+    columns = tuple(Column(name, "", name) for name in ("ax", "ay", "az"))
+    source.stream = replace(fakes.STREAM, columns=columns, values=(0.1, 0.2, 9.8))
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "is this what you expect?")
+        for key, character in (("c", "c"), ("enter", "\r")):
+            pilot.app.post_message(Key(key, character))
+        await shows(pilot, "which column is what?")
+        assert "start" not in [name for name, _ in source.commands]
 
 
 async def test_a_header_that_comes_late_answers_for_the_operator() -> None:

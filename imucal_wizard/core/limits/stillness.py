@@ -12,6 +12,12 @@ TIME_TOLERANCE = 1e-6
 
 MIN_HOLD_SECONDS = 1.0
 """Shorter rests in a recording are as often a slow moment of a rotation as a hold."""
+REST_FACTOR = 3.5
+"""Standard deviation of a window over that usual in its rest, above which the rest ends: the noise
+of half a second scatters by a third of itself at the lowest rates, a motion exceeds ten times."""
+HISTORY_BLOCKS = 50
+"""Blocks that a stream keeps before a rest is found (five seconds): with strict limits the rest
+began before its windows met them."""
 GUARD_BLOCKS = 1
 """Blocks dropped at each end of a hold, where the device may already move."""
 NOISE_FREQUENCIES = 2
@@ -44,10 +50,12 @@ MAX_SLOW_TO_FAST = 3.0
 is a slow motion: noise makes at most a quarter, a tremor above 3 Hz at most 2, a motion that lasts
 longer than a second more than 20."""
 MIN_SWAY = 0.015
-"""Slow standard deviation of a hold, in units of gravity, below which it is not judged (0.9°): what
-a hand sways. A desk on which somebody leans and a sensor that warms up stay far below."""
+"""Slow standard deviation of a hold, in units of gravity, below which it is not judged. The mean of
+a direction that sways by s is shorter than gravity by s²/2: here by 0.11 mg, the noise of the mean
+of a good sensor (0.1 mg/√Hz, half a second). A turn at 5 °/s reaches it within 0.6 s (ωT/√12)."""
 MAX_SWAY = 0.035
-"""The same above which a hold is a slow motion, whatever its noise (2°)."""
+"""The same above which a hold is a slow motion, whatever its noise: its mean is 0.6 mg short, which
+no repetition shows."""
 
 MIN_SPEED_RATIO = 8.0
 """Rms rate of gravity's direction between the holds over that within them. A hand that turns a

@@ -1,4 +1,4 @@
-"""Cubic terms of two axes."""
+"""Cubic terms of two or three axes."""
 
 from collections.abc import Mapping
 
@@ -25,14 +25,20 @@ _SIZE = Size(
     {"consumer": (0.5, 5.0), "industrial": (0.1, 0.5), "tactical": (0.01, 0.1)},
     chosen=("consumer", "industrial", "tactical"),
 )
-_PAIRS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
+_TERMS = tuple(
+    (i, j, k) for i in range(3) for j in range(3) for k in range(j, 3) if (i, i) != (j, k)
+)
+"""Output axis, and the two factors of its gain: all cubic terms in which the axis itself takes
+part, but for ``x_i³``."""
 
 
 class CubicCross(Effect):
-    """``ε_i = Σ C_ijj x_i x_j²``: a gain that changes with the square of another axis's force.
+    """``ε_i = x_i Σ C_ijk x_j x_k``: a gain that changes with the product of two forces.
 
     At rest under 1 g ``x_i x_j²`` on axis i and ``x_j x_i²`` on axis j are one and the same, and
     the three that are left are the third-order terms up to a scale: ``x⁴ = x² − x²y² − x²z²``.
+    ``x² y`` on x, ``x y²`` on y and ``x y z`` on z make ``x³y``, ``x y³`` and ``x y z²`` along
+    gravity, which add up to a cross-axis sensitivity: one of the three cannot be told.
     """
 
     name = "cubic-cross"
@@ -40,23 +46,28 @@ class CubicCross(Effect):
     family = "odd-order"
     kind = "orientation"
     title = "cubic cross-axis term"
-    equation = "ε_i = Σ Cᵢⱼⱼ x_i x_j²"
+    equation = "ε_i = x_i Σ Cᵢⱼₖ x_j x_k"
     order = 23
     aliases = ("third-order",)
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="A force across the axis bends the beams that guide the proof mass, to either "
             "side alike, and stiffens or softens them: the gain of the axis changes with the "
-            "square of the other axis's force.",
-            equation="error on an axis = coefficient × force on that axis × (force on another)²",
-            signature="Nothing at faces, most on the edges between the two axes, with the same "
-            "sign on all four of them; scale errors take up a part, so that faces and edges end "
-            "up with opposite errors.",
-            needs="Faces, edges and corners. Still poses at 1 g cannot tell it from third-order "
-            "terms on several axes, whatever their number: the squares of the three components "
-            "add up to 1.",
-            remedy="Add the term, or the third-order term in its place, for use up to 1 g: there "
-            "both correct alike. Do not extrapolate to several g.",
+            "square of the other axis's force. Beams that are skew bend to one side more than to "
+            "the other, and the gain follows the product of two forces.",
+            equation="error on an axis = coefficient × force on that axis × product of two forces "
+            "(xyy: of x by y², xxy: of x by x·y, xyz: of x by y·z)",
+            signature="Nothing at faces. With a square of another axis's force, most on the edges "
+            "between the two axes, with the same sign on all four of them; scale errors take up a "
+            "part, so that faces and edges end up with opposite errors. With a product, edges and "
+            "corners differ; cross-axis sensitivity takes up the part that the edges show.",
+            needs="Faces, edges and corners. Still poses at 1 g cannot tell the terms by squares "
+            "(xyy and the like) from third-order terms on several axes, nor xyy from yxx, whatever "
+            "the number of poses: the squares of the three components add up to 1. Products need "
+            "corners and tilts between faces and edges: of xxy, yxy and zxy, which share an edge, "
+            "poses at edges and corners alone show one sum.",
+            remedy="Add the term, or for squares the third-order term in its place, for use up to "
+            "1 g: there both correct alike. Do not extrapolate to several g.",
             confirm="On a centrifuge or shaker, force along the axis alone: a cubic cross-axis "
             "term makes no error there, a third-order term its largest.",
             source="IEEE Std 1293, model equation of linear accelerometers (higher-order "
@@ -65,17 +76,17 @@ class CubicCross(Effect):
     }
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
-        """``xyy`` (x feels x·y²), ``xzz``, ``yxx``, ``yzz``, ``zxx``, ``zyy``."""
+        """``xxy`` (x feels x·x·y), ``xxz``, ``xyy``, ``xyz``, ``xzz``, then those of y and z."""
         del sensor
-        return tuple(_SIZE.parameter(AXES[i] + 2 * AXES[j]) for i, j in _PAIRS)
+        return tuple(_SIZE.parameter(AXES[i] + AXES[j] + AXES[k]) for i, j, k in _TERMS)
 
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
-        """Shape (n, 3, 6): two products on each axis."""
+        """Shape (n, 3, 15): five products on each axis."""
         del variant
         x = sensed(sensor, c)
-        columns = np.zeros((len(c), 3, len(_PAIRS)))
-        for place, (i, j) in enumerate(_PAIRS):
-            columns[:, i, place] = _SIZE.si * x[:, i] * x[:, j] ** 2
+        columns = np.zeros((len(c), 3, len(_TERMS)))
+        for place, (i, j, k) in enumerate(_TERMS):
+            columns[:, i, place] = _SIZE.si * x[:, i] * x[:, j] * x[:, k]
         return columns
 
     def c_columns(
@@ -86,5 +97,5 @@ class CubicCross(Effect):
         del sensor
         factor = c_number(_SIZE.si)
         return tuple(
-            (i, place, f"{factor} * x{i} * x{j} * x{j}") for place, (i, j) in enumerate(_PAIRS)
+            (i, place, f"{factor} * x{i} * x{j} * x{k}") for place, (i, j, k) in enumerate(_TERMS)
         )

@@ -15,6 +15,7 @@ from pkgutil import iter_modules
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.report.axes import named_values
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.proof import SI_UNITS, Correction, Proof, nominal, own
 from imucal_wizard.report.reduced import Kept, reduced
@@ -62,6 +63,8 @@ class ExportTarget:
         counts: whether it takes readings in counts.
         loses: what else of a calibration it loses, in words.
         notes: what the user must know or do.
+        composes: how the names of the parameters begin that ``present`` must have; nothing where
+            the program corrects no readings before they are recorded.
         frame: whether the accelerometer and the gyroscope share a body frame of its own.
     """
 
@@ -77,6 +80,7 @@ class ExportTarget:
     counts: bool = True
     loses: Callable[[Calibration], tuple[str, ...]] = lambda _calibration: ()
     notes: Callable[[Calibration, ExportSettings], tuple[str, ...]] = lambda _one, _settings: ()
+    composes: tuple[str, ...] = ()
     frame: bool = False
 
 
@@ -95,6 +99,11 @@ class ExportErrors:
     rms_calibration: float
     rms_exported: float
     unit: str
+
+    @property
+    def worse_than_none(self) -> bool:
+        """Whether the readings as they are err less than those that the file corrects."""
+        return self.rms_before is not None and self.rms_exported > self.rms_before
 
 
 @dataclass(frozen=True)
@@ -169,9 +178,10 @@ def write_export(
             written, or holds a file of another kind.
     """
     target, settings = target_named(name), settings or ExportSettings()
-    smaller, lost, again = reduced(calibration, target.keeps)
     if not target.counts:
-        _refuse_counts(target, smaller)
+        _refuse_counts(target, calibration)
+    _check_present(target, settings.present)
+    smaller, lost, again = reduced(calibration, target.keeps)
     proof = Proof(calibration)
     before = proof.errors(nominal(calibration), frame=False)
     full = proof.errors(own(calibration), frame=False)
@@ -187,7 +197,7 @@ def write_export(
         for sensor, error in exported.items()
     }
     general = tuple(text.removeprefix("the ") for text in target.cannot_hold)
-    new = [one for one in lost if not any(text.startswith(one[4:]) for text in general)]
+    new = [one for one in lost if not any(t.startswith(one.removeprefix("the ")) for t in general)]
     first = next(iter(sensors.values()), ExportErrors(None, 0.0, 0.0, "m/s^2"))
     return Exported(
         target=name,
@@ -206,12 +216,34 @@ def write_export(
 
 
 def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:
-    for name, sensor in calibration.sensors.items():
+    for name in target.keeps.keys() & calibration.sensors.keys():
+        sensor = calibration[name]
         if sensor.bias_unit != SI_UNITS[name]:
             raise UsageError(
                 f"{target.name} corrects readings in {SI_UNITS[name]}, and this calibration of the "
                 f"{name} is of readings in {sensor.bias_unit}: calibrate what the driver publishes"
             )
+
+
+def _check_present(target: ExportTarget, present: bytes | None) -> None:
+    """Refuse present parameters that are none of the target.
+
+    Raises:
+        UsageError: they are those of another program.
+    """
+    if present is None:
+        return
+    if not target.composes:
+        raise UsageError(f"{target.name} takes no present parameters: it corrects bare readings")
+    try:
+        names = list(named_values(present))
+    except ValueError:
+        names = []
+    if not any(name.startswith(target.composes) for name in names):
+        wanted = " or ".join(target.composes)
+        raise UsageError(
+            f"the present parameters are none of {target.name}: no name begins with {wanted}"
+        )
 
 
 def _spare_others(

@@ -172,4 +172,5 @@ TARGET = ExportTarget(
     read=_read,
     counts=False,
     notes=_notes,
+    composes=("INS_ACC", "INS_GYR"),
 )

@@ -74,4 +74,5 @@ TARGET = ExportTarget(
     write=_write,
     read=_read,
     notes=notes_of_counts,
+    composes=("acc_calibration/2",),
 )

@@ -30,9 +30,8 @@ def _settings(data: bytes | None) -> Axes:
     values = named_values(data)
     if not values:
         return NEUTRAL
-    zero, gain = (
-        np.array([values[f"{word}_{axis}/0"] for axis in "xyz"]) for word in ("acczero", "accgain")
-    )
+    zero = np.array([values.get(f"acczero_{axis}/0", 0.0) for axis in "xyz"])
+    gain = np.array([values.get(f"accgain_{axis}/0", _UNITY) for axis in "xyz"])
     return Axes(zero, gain / _UNITY)
 
 
@@ -99,4 +98,5 @@ TARGET = ExportTarget(
     write=_write,
     read=_read,
     notes=notes_of_counts,
+    composes=("acczero_", "accgain_"),
 )

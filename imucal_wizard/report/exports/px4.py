@@ -197,4 +197,5 @@ TARGET = ExportTarget(
     counts=False,
     loses=lost_alignment,
     notes=_notes,
+    composes=("CAL_",),
 )

@@ -16,6 +16,17 @@ from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
 
 
+class FormulaInput(Input):
+    """A field for a formula."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(
+            "enter", "screen.submit", "test it", key_display="enter",
+            tooltip="tests the formula as a suspect",
+        )
+    ]  # fmt: skip
+
+
 class FormulaScreen(ModalScreen[FormulaEffect | None]):
     """Asks for a formula; the result is the effect.
 
@@ -25,12 +36,8 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding(
-            "enter", "submit", "test it", key_display="enter", priority=True,
-            tooltip="tests the formula as a suspect",
-        ),
-        Binding("escape", "dismiss(None)", "back", tooltip="goes back to the bench"),
-    ]  # fmt: skip
+        Binding("escape", "dismiss(None)", "back", tooltip="goes back to the bench")
+    ]
 
     def __init__(self, sensor: str, taken: Collection[str]) -> None:
         super().__init__()
@@ -41,7 +48,7 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         """An input field, and the variables of a formula."""
         with Vertical(classes="box guess") as box:
             box.border_title = "an effect of your own"
-            yield Input(placeholder="k*a**3   or   x: k1*ay*az; y: k2*T")
+            yield FormulaInput(placeholder="k*a**3   or   x: k1*ay*az; y: k2*T")
             yield Lines()
         yield KeyFooter()
 

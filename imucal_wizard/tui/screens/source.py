@@ -40,6 +40,32 @@ _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
+_ENTER: list[BindingType] = [
+    Binding(
+        "enter", "screen.open", "open", key_display="enter",
+        tooltip="opens the selected source, or the typed one",
+    ),
+    Binding(
+        "enter", "screen.start", "start calibrating", key_display="enter",
+        tooltip="starts the calibration",
+    ),
+]  # fmt: skip
+"""Bound by the widget that has the focus: a key bound with priority would overtake those typed
+before it."""
+
+
+class SourceList(OptionList):
+    """The sources found."""
+
+    BINDINGS: ClassVar[list[BindingType]] = _ENTER
+
+
+class SourceInput(Input):
+    """A field for a file or URL."""
+
+    BINDINGS: ClassVar[list[BindingType]] = _ENTER
+
+
 class SourceScreen(LiveScreen):
     """A list of sources on the left, the preview of the chosen one on the right."""
 
@@ -49,18 +75,10 @@ class SourceScreen(LiveScreen):
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
         Binding(
-            "enter", "open", "open", key_display="enter", priority=True,
-            tooltip="opens the selected source, or the typed one",
-        ),
-        Binding(
             "tab", "type", "type a file or URL",
             tooltip="moves to the field for a file or URL, and back",
         ),
         Binding("f5", "look", "look again", tooltip="looks for ports and sessions again"),
-        Binding(
-            "enter", "start", "start calibrating", key_display="enter", priority=True,
-            tooltip="starts the calibration",
-        ),
         Binding(
             "c", "columns", "columns and units", tooltip="sets columns and units"
         ),
@@ -82,8 +100,8 @@ class SourceScreen(LiveScreen):
         yield Lines(id="question")
         with Horizontal(id="source"):
             with Vertical(id="choices"):
-                yield OptionList(id="list", markup=False)
-                yield Input(placeholder="file or URL, then enter", id="typed")
+                yield SourceList(id="list", markup=False)
+                yield SourceInput(placeholder="file or URL, then enter", id="typed")
             yield Lines(id="preview")
 
     def on_mount(self) -> None:
@@ -154,8 +172,7 @@ class SourceScreen(LiveScreen):
     def action_open(self) -> None:
         """Open the selected source, or the typed one."""
         if self.query_one(Input).has_focus:
-            # in the field's own queue, behind the keys that it has not read yet
-            self.query_one(Input).call_later(self._open_typed)
+            self._open_typed()
         elif self._chosen is None or self._chosen is not self.state.choice:
             # an early enter must not replace the source of the command line while it opens
             self._open(self._choices[self.query_one(OptionList).highlighted or 0])
