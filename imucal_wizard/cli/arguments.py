@@ -10,7 +10,13 @@ from typing import TYPE_CHECKING, NoReturn
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.output import encode_json, note
+from imucal_wizard.core.output import (
+    begins_otherwise,
+    encode_json,
+    note,
+    refuse_special,
+    write_atomically,
+)
 from imucal_wizard.core.units import (
     COUNT,
     GRAVITY_ON_EARTH,
@@ -234,7 +240,7 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     parser.add_argument(
         "--force",
         action="store_true",
-        help="also save sensors whose calibration is worse than none",
+        help="also save sensors whose calibration is worse than none, and over any other file",
     )
     for name, text in SAVED_ABOUT.items():
         parser.add_argument(f"--{name}", metavar="TEXT", help=f"{text}, for the saved file")
@@ -307,10 +313,7 @@ def write_json(document: object, place: str) -> None:
         sys.stdout.buffer.write(data)
         sys.stdout.buffer.flush()
         return
-    try:
-        Path(place).write_bytes(data)
-    except OSError as error:
-        raise UsageError(f"{place} cannot be written: {error.strerror or error}") from error
+    write_atomically(Path(place), data)
 
 
 def positive(text: str) -> float:
@@ -343,8 +346,10 @@ def _number(text: str) -> float:
 def file_to_write(text: str) -> Path:
     """The type of an option for a file that can be written; its folder must exist."""
     path = Path(text)
-    if path.is_dir():
-        raise argparse.ArgumentTypeError(f"{text} is a folder; give a file in it")
+    try:
+        refuse_special(path)
+    except UsageError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it first")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
@@ -363,6 +368,22 @@ def spare(files: Sequence[Path], *places: str | Path | None) -> None:
             raise UsageError(f"{place} is an input file: give another name to write to")
 
 
+def spare_others(place: Path | None, *, force: bool) -> None:
+    """Refuse to save over a file that is no calibration.
+
+    Args:
+        place: the file to save to, or None.
+        force: whether the user wants it all the same.
+
+    Raises:
+        UsageError: another file is there.
+    """
+    if place is not None and not force and begins_otherwise(place, b'"imucal-wizard/calibration/'):
+        raise UsageError(
+            f"{place} is there already and no calibration: give another name, or --force"
+        )
+
+
 def _same(place: Path, file: Path) -> bool:
     try:
         return place.samefile(file)
@@ -372,7 +393,12 @@ def _same(place: Path, file: Path) -> bool:
 
 def document_place(text: str) -> str:
     """The type of an option for a JSON file, or ``-`` for standard output."""
-    return text if text == STANDARD_OUT else str(file_to_write(text))
+    if text == STANDARD_OUT:
+        return text
+    path = file_to_write(text)
+    if begins_otherwise(path, b"{"):
+        raise argparse.ArgumentTypeError(f"{text} is there already and no JSON; give another name")
+    return str(path)
 
 
 def add_sensor(group: "argparse._ActionsContainer") -> None:

@@ -17,6 +17,7 @@ from imucal_wizard.cli.arguments import (
     recording_of,
     save_usable,
     spare,
+    spare_others,
     write_json,
 )
 from imucal_wizard.core.errors import DataError, UsageError
@@ -81,6 +82,7 @@ def run(argv: Sequence[str]) -> int:
     """Diagnose, add what is asked for, and report; 1 when the data are insufficient."""
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
+    spare_others(arguments.save, force=arguments.force)
     added = wanted_terms(arguments.add)
     if arguments.guess:
         from imucal_wizard.teach.prediction import parse_prediction

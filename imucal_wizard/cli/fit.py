@@ -14,6 +14,7 @@ from imucal_wizard.cli.arguments import (
     limits_of_use,
     save_usable,
     spare,
+    spare_others,
     write_json,
 )
 from imucal_wizard.core.output import note, say
@@ -45,6 +46,7 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)
+    spare_others(arguments.save, force=arguments.force)
     methods = {
         "accelerometer": arguments.method,
         "gyroscope": arguments.gyro_method,

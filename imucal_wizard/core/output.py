@@ -1,8 +1,13 @@
 """Output of the commands: safe lines for the terminal, and files written atomically."""
 
+import os
+import stat
 import sys
 import unicodedata
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from imucal_wizard.core.errors import UsageError
 
@@ -61,17 +66,65 @@ def encode_json(document: object) -> bytes:
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write a file completely or not at all.
+    """Write a file completely or not at all, see ``replacing``.
 
     Raises:
         UsageError: the file cannot be written.
     """
-    draft = path.with_name(path.name + ".part")
+    with replacing(path) as file:
+        file.write(data)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file that takes another one's place when it is complete and on the disk.
+
+    It is written under a name of its own in the same folder, so that neither a full disk nor a
+    second program leaves half a file. A symbolic link stays, and its target is replaced.
+
+    Raises:
+        UsageError: the place is a folder or a device, or the file cannot be written.
+    """
+    place = Path(os.path.realpath(path))
+    draft = place.with_name(f".{place.name}.{os.urandom(6).hex()}")
     try:
-        draft.write_bytes(data)
-        draft.replace(path)
+        refuse_special(path)
+        try:
+            with draft.open("xb") as file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            if place.exists():
+                draft.chmod(stat.S_IMODE(place.stat().st_mode))
+            draft.replace(place)
+        finally:
+            draft.unlink(missing_ok=True)
     except OSError as error:
         raise UsageError(
             f"{path} cannot be written: {error.strerror or error}. Choose another place",
             settings=("save",),
         ) from error
+
+
+def refuse_special(path: Path) -> None:
+    """Refuse to write where no regular file is or can be.
+
+    Raises:
+        UsageError: the place is a folder, a device, a FIFO or a socket.
+    """
+    if path.is_dir():
+        raise UsageError(f"{path} is a folder; give a file in it", settings=("save",))
+    if path.exists() and not path.is_file():
+        raise UsageError(f"{path} is no regular file; choose another place", settings=("save",))
+
+
+def begins_otherwise(path: Path, mark: bytes) -> bool:
+    """Whether a file is there that is not empty and has no such mark in its first 4 KiB."""
+    if not path.is_file():
+        return False
+    try:
+        with path.open("rb") as file:
+            begin = file.read(4096)
+    except OSError:  # what cannot be read is not overwritten
+        return True
+    return bool(begin) and mark not in begin

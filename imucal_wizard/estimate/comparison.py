@@ -114,8 +114,12 @@ def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
 
 
 def _gyroscope(report: FitReport, reference: SensorFit, unit: str, name: str) -> Fit:
+    own = report.sensors.get("gyroscope")
+    readings = None if own is None or own.experiment is None else own.experiment.readings
+
     def make() -> SensorFit:
-        found = fit_gyroscope(report.holds, report.rotations, reference, unit, name)
+        args = report.holds, report.rotations, reference, unit, name, readings
+        found = fit_gyroscope(*args)
         if found.fit is None:
             raise DataError("; ".join(found.warnings))
         return found.fit

@@ -8,6 +8,7 @@ import itertools
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -20,18 +21,17 @@ from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import Minimum, minimum, with_effects
+from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rounded import rate_shift
-from imucal_wizard.estimate.sampling_loss import sampling_loss
+from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
 from imucal_wizard.estimate.slow_noise import Between, Fitted, in_session, slow_rate, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import resolution_of
-from imucal_wizard.model.catalogue import builtin_effect
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -50,7 +50,6 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     RowSource,
 )
-from imucal_wizard.model.terms import Term
 
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
@@ -65,10 +64,6 @@ NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
-MIN_SPARE = 0.05
-"""Share of the closures' noise that is left after the fit, at least."""
-SHOWN_BY_RESTS = "bias-drift", "warm-up", "g-sensitivity"
-"""Effects that are the same in rests and rotations."""
 UNSTEADY = 9.0
 """Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
@@ -235,7 +230,10 @@ class GyroscopeExperiment(Experiment):
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
         if lost is None:
             per_sample = rest_of(holds, start.matrix).per_sample
-            lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample)
+            series, resting = None if readings is None else readings.gyroscope, None
+            if series is not None:
+                resting = partial(spectrum_at_rest, series, holds, start.matrix)
+            lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample, resting)
         self.lost = lost
         rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
@@ -553,33 +551,7 @@ def gyroscope_minimum(
         if again == free:
             break
         free = again
-    share = share_lost(found)
-    if share == 1.0:
-        return found
-    averaging = rough.moved(found.calibration, free)
-    averaging.lost *= share
-    return minimum(averaging.moved(found.calibration, free))
-
-
-def share_lost(found: Minimum[GyroscopeExperiment]) -> float:
-    """Which share of what sampling may lose the closures show, 0 to 1.
-
-    A sensor that averages from sample to sample loses less than its spectrum allows, and nothing in
-    its samples tells that it does. A bias that follows time or gravity must not pass for it: the
-    closures are those of a model with these effects, of which the rests tell the most.
-    """
-    experiment, terms = found.experiment, [Term(builtin_effect(name)) for name in SHOWN_BY_RESTS]
-    if not experiment.lost:
-        return 1.0
-    columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
-    without = with_effects(found, terms, found.independent.rows(columns))
-    span = np.diff(experiment.rotations.spans, axis=1)[:, 0]
-    rows = slice(experiment.rest.reading.size, experiment.rest.reading.size + 2 * len(span))
-    lost = np.repeat(experiment.lost * span, 2)
-    own = found.independent.diagonal(found.system.own)[rows] - lost
-    spare = max(float(without.balance.spare[rows].mean()), MIN_SPARE)
-    beyond = float((without.errors[rows] ** 2 / spare - own).sum())
-    return min(max(beyond / float(lost.sum()), 0.0), 1.0)
+    return found
 
 
 def determined_entries(

@@ -121,7 +121,7 @@ def fit_gyroscope(
     if experiment.undersampled is not None:
         angle = quantity(experiment.undersampled, "rad")
         note = (
-            f"the hand trembles faster than the gyroscope is sampled, which leaves {angle} in a "
+            f"the hand trembles faster than the gyroscope is sampled, which may leave {angle} in a "
             "rotation, more than all other noise: sample faster or turn more calmly"
         )
         found = replace(found, warnings=(*found.warnings, note))

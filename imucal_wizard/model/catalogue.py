@@ -51,22 +51,8 @@ def classes_in(module: ModuleType) -> list[type[Effect]]:
 def effects_in(package: ModuleType) -> tuple[Effect, ...]:
     """One effect per module of a package, the plainest of a family first."""
     modules = pkgutil.iter_modules(package.__path__, f"{package.__name__}.")
-    found = [effect for info in modules for effect in _effects_of(info.name)]
+    found = [cls() for info in modules for cls in classes_in(importlib.import_module(info.name))]
     return tuple(sorted(found, key=lambda effect: (effect.order, effect.name)))
-
-
-@cache
-def _effects_of(module: str) -> tuple[Effect, ...]:
-    return tuple(cls() for cls in classes_in(importlib.import_module(module)))
-
-
-def builtin_effect(name: str) -> Effect:
-    """The effect of this name that comes with the program; no other is imported.
-
-    Its module is called like it, with underscores for the hyphens.
-    """
-    (found,) = _effects_of(f"{effects.__name__}.{name.replace('-', '_')}")
-    return found
 
 
 @cache

@@ -306,7 +306,7 @@ class Effect(ABC):
         An expression is m/s², rad/s or µT per shown unit, of these numbers: ``x0``, ``x1``, ``x2``,
         the true input, and ``f0`` … the force, both in data sheet units; ``before0`` … the force in
         the pose before, g; ``warmth``, °C from the reference; ``time`` since the session's first
-        sample and ``since_middle``, s; ``vibration``, g²; ``current``.
+        sample and ``since_middle``, s; ``vibration``, g²; ``current``; ``warming``, °C/s.
 
         Returns:
             Nothing where the effect has no form in C.

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.output import replacing
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Shake
 from imucal_wizard.simulate.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.simulate.imu import VirtualImu
@@ -80,7 +80,6 @@ def simulate_recording(
 
     Raises:
         UsageError: an unknown set of poses or hidden effect, or an effect of a missing sensor.
-        RecordingError: the file cannot be written.
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
@@ -106,14 +105,9 @@ def simulate_recording(
     if magnetometer:
         imu.hand.perform(perform_circles(ROTATION_HOLD_SECONDS))
     comment = f"{FIRST_COMMENT} at {rate:g} Hz: a rest, {poses} poses, {rotations} turns per axis\n"
-    try:
-        with Path(path).open("wb") as file:
-            file.write(comment.encode())
-            file.writelines(_lines(imu))
-    except OSError as error:
-        raise RecordingError(
-            f"{path} cannot be written ({error.strerror}); choose another"
-        ) from None
+    with replacing(Path(path)) as file:
+        file.write(comment.encode())
+        file.writelines(_lines(imu))
 
 
 def _lines(imu: VirtualImu) -> Iterator[bytes]:

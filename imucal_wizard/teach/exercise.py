@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.quantities import with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
@@ -93,7 +94,8 @@ def write_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str
     Raises:
         RecordingError: the file cannot be written.
     """
-    _write(path, _document(recording, grade, seal_text(_canonical(truth), key, _salt())))
+    document = _document(recording, grade, seal_text(_canonical(truth), key, _salt()))
+    write_atomically(path, json.dumps(document, indent=1).encode() + b"\n")
 
 
 def reveal(answer: Path, key: str) -> Hidden:
@@ -153,12 +155,3 @@ def _document(recording: str, grade: str, sealed: Sealed) -> dict[str, str]:
         "digest": sealed.digest.hex(),
         "sealed": sealed.text.hex(),
     }
-
-
-def _write(path: Path, document: dict[str, str]) -> None:
-    try:
-        path.write_text(json.dumps(document, indent=1) + "\n")
-    except OSError as error:
-        raise RecordingError(
-            f"{path} cannot be written: {error.strerror or error}; choose another place"
-        ) from error

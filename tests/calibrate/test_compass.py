@@ -1,6 +1,7 @@
 """The compass that a fit makes, held against attitudes that the fit has not seen."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from imucal_wizard.estimate.magnitude import up_moved
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.second_stage.alignment import align
 from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved
-from imucal_wizard.estimate.second_stage.heading import compass_of, heading, turned
+from imucal_wizard.estimate.second_stage.heading import Compass, compass_of, heading, turned
 from tests.estimate.field_truth import CORRECTION, OFFSET
 from tests.estimate.truth import typical_accelerometer
 from tests.estimate.whole_session import GRAVITY, Session
@@ -20,10 +21,17 @@ from tests.estimate.whole_session import GRAVITY, Session
 SESSION = Session(rate=100.0)
 
 
-def test_the_heading_error_of_any_attitude_is_as_stated() -> None:
-    """200 new attitudes without noise: errors within 4 of their standard deviations."""
+@cache
+def calibrated() -> Compass:
+    """The compass of this session."""
     compass = compass_of(fit_readings(SESSION.readings(1)))
     assert compass is not None
+    return compass
+
+
+def test_the_heading_error_of_any_attitude_is_as_stated() -> None:
+    """200 new attitudes without noise: errors within 4 of their standard deviations."""
+    compass = calibrated()
     body = Attitude.random(200, random_state=7)
     force = typical_accelerometer().readings(body.inv().apply([0.0, 0.0, GRAVITY]))
     dip = np.radians(SESSION.dip)
@@ -49,8 +57,7 @@ def test_without_a_magnetometer_there_is_no_compass() -> None:
 
 def test_an_error_mode_turns_heading_and_alignment_together() -> None:
     """Each doubt in turn taken for true, the still poses aligned anew, the heading read again."""
-    compass = compass_of(fit_readings(SESSION.readings(1)))
-    assert compass is not None
+    compass = calibrated()
     poses, body = Attitude.random(20, random_state=1), Attitude.random(40, random_state=2)
     rotation, dip = compass.alignment.rotation, np.radians(60.0)
     world = np.array([0.0, np.cos(dip), -np.sin(dip)])
@@ -93,8 +100,7 @@ def test_an_error_mode_turns_heading_and_alignment_together() -> None:
 
 def test_the_errors_of_the_dip_alone_turn_headings_too() -> None:
     """Without any doubt about the calibrations a poorly known angle is left."""
-    compass = compass_of(fit_readings(SESSION.readings(1)))
-    assert compass is not None
+    compass = calibrated()
     none = ErrorModes(np.zeros((9, 0)), np.zeros((9, 0)))
     about_up = np.diag([0.0, 0.0, np.radians(2.0) ** 2])
     alignment = replace(compass.alignment, own=about_up, shifts=np.zeros((3, 0)))

@@ -132,6 +132,7 @@ def _heading_errors(seed: int) -> tuple[FloatArray, FloatArray]:
     return off, stage.headings.error[seen]
 
 
+@pytest.mark.study
 def test_heading_errors_after_the_calibration_are_as_stated() -> None:
     """With the noise of each hold's means: in four sessions 95 % within two standard errors."""
     found = [_heading_errors(seed) for seed in range(4)]

@@ -1,6 +1,8 @@
 """``imucal-wizard bench`` as a person and a script meet it."""
 
 import json
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +37,15 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     columns = [lines[0].index(name) for name in lines[0] if not name.startswith("g")]
     path.write_text("\n".join(",".join(line[k] for k in columns) for line in lines) + "\n")
     return path
+
+
+@pytest.fixture(scope="module")
+def plain(recording: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], str]:
+    """What ``bench`` writes and prints of it without options."""
+    path = tmp_path_factory.mktemp("plain") / "bench.json"
+    with redirect_stdout(StringIO()) as printed:
+        assert cli.main(["bench", str(recording), "--json", str(path)]) == 0
+    return json.loads(path.read_text())["sensors"]["accelerometer"], printed.getvalue()
 
 
 def bench_json(
@@ -87,10 +98,8 @@ def test_a_guess_of_another_form_is_wrong_usage(
     assert "guess" in said or "to judge" in said
 
 
-def test_the_document_has_every_key_of_its_contract(
-    recording: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    said = bench_json(capsys, str(recording))["accelerometer"]
+def test_the_document_has_every_key_of_its_contract(plain: tuple[dict[str, Any], str]) -> None:
+    said, _ = plain
     assert KEYS | {"says"} <= said.keys()
     assert said["ladder"][0].keys() >= RUNG
     for suspect in said["suspects"]:
@@ -103,8 +112,8 @@ def test_the_document_has_every_key_of_its_contract(
         assert said["noise"][key] > 0.0
 
 
-def test_without_auto_nothing_is_added(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    said = bench_json(capsys, str(recording))["accelerometer"]
+def test_without_auto_nothing_is_added(plain: tuple[dict[str, Any], str]) -> None:
+    said, _ = plain
     assert said["model"] == ["bias", "scale", "non-orthogonality"]
     assert len(said["ladder"]) == 1
 
@@ -120,11 +129,8 @@ def test_the_base_can_be_climbed_term_by_term(
     assert errors == sorted(errors, reverse=True)
 
 
-def test_the_text_shows_comparison_suspects_and_ladder(
-    recording: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert cli.main(["bench", str(recording)]) == 0
-    text = capsys.readouterr().out
+def test_the_text_shows_comparison_suspects_and_ladder(plain: tuple[dict[str, Any], str]) -> None:
+    _, text = plain
     for word in ("COMPARE", "SUSPECTS", "LADDER", "held out", "noise", "second-order"):
         assert word in text
     assert max(len(line) for line in text.splitlines()) <= 100

@@ -42,6 +42,7 @@ def usual(term: str) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
     return one, Detectability(misfit, known, quiet(known), chances), known, chances
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("term", ["second-order", "bias-drift"])
 def test_a_misfit_of_the_size_told_is_seen_95_times_in_100(term: str) -> None:
     """And one of 0.6 times that size is not."""

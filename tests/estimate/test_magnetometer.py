@@ -49,6 +49,7 @@ def test_exact_readings_give_the_truth(method: str) -> None:
         assert abs(parameter.value - TRUE[parameter.name]) < limit * scale
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("step", [1.0, TEN_BITS])
 def test_parameters_are_within_three_standard_errors_and_intervals_cover(step: float) -> None:
     """Forty recordings of N's six circles: all numbers hold, 95 % intervals within binomial 3.5 σ.
@@ -69,6 +70,7 @@ def test_parameters_are_within_three_standard_errors_and_intervals_cover(step: f
         assert abs(count / runs - 0.95) < 3.5 * np.sqrt(0.95 * 0.05 / runs)
 
 
+@pytest.mark.study
 def test_many_samples_do_not_bring_out_a_bias() -> None:
     """50,000 samples: mean error over 20 runs is nothing against a single run's standard error."""
     total: FloatArray = np.zeros(10)
@@ -181,6 +183,7 @@ def test_what_is_left_at_zero_counts_in_the_errors_of_the_rest(faces: tuple[int,
     assert np.abs(off).max() < 3.0
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("motion", ["circles", "tumbling"])
 def test_the_errors_of_every_method_are_as_stated(motion: str) -> None:
     """In twelve sessions the algebraic and the numeric fit are off by one standard error, rms.

@@ -59,5 +59,5 @@ def test_the_report_says_what_to_do() -> None:
 def test_the_noise_figure_contains_it() -> None:
     """Four sessions at 50 samples/s: within a third; without it it is 2 and 22 times too small."""
     for hand in HANDS[1:3]:
-        said, true, _ = compared(hand, 50.0, 4, 5)
-        assert said == pytest.approx(true, rel=0.33)
+        row = compared(hand, 50.0, 4, 5)
+        assert row.said == pytest.approx(row.held_out, rel=0.33)

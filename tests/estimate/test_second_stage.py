@@ -109,6 +109,7 @@ def test_the_slope_of_the_clocks_cost_is_the_numeric_one() -> None:
             assert square == pytest.approx(bend, rel=0.05)
 
 
+@pytest.mark.study
 def test_the_error_of_the_clock_offset_is_as_stated() -> None:
     """In thirty sets of twenty turns 2.1 standard errors (t, 19 degrees) hold the truth 28 times.
 
@@ -132,6 +133,7 @@ def _fields(rng: np.random.Generator, count: int, dip: float) -> tuple[FloatArra
     return attitudes.inv().apply([0.0, 0.0, 1.0]), attitudes.inv().apply(world)
 
 
+@pytest.mark.study
 def test_the_errors_of_the_alignment_are_as_stated() -> None:
     """Two hundred sets of fifteen positions: angles and dip scatter by their standard errors."""
     rng, dip = np.random.default_rng(4), np.radians(60.0)

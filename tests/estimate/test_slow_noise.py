@@ -126,6 +126,7 @@ def test_rests_that_follow_one_another_tell_less_of_a_walking_bias() -> None:
     assert np.mean(told) == pytest.approx(np.mean(np.square(off)), rel=0.3)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("instability", [1.0, 4.0])
 def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> None:
     """A consumer sensor's wandering and four times it: 95 % within 4 %, the biases within 10 %.

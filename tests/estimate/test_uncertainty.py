@@ -57,6 +57,7 @@ def _one(rng: np.random.Generator, up: FloatArray, method: str) -> tuple[Truth, 
     return truth, fit_accelerometer(holds, GRAVITY, "m/s^2", method)
 
 
+@pytest.mark.study
 @pytest.mark.parametrize("method", ["least_squares", "newton"])
 def test_eighteen_poses_cover_by_students_t(method: str) -> None:
     """Nine degrees of freedom: ±2.26 standard errors hold the truth 95 % of the time."""

@@ -101,8 +101,10 @@ def test_motion_under_the_wrong_axis_is_rejected_and_says_which_it_was() -> None
 def test_a_small_rotation_is_rejected() -> None:
     device, machine = rotating()
     events = machine.feed(device.rotate("x", 12.0).rest(2.0).taken())
-    assert "at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
+    assert "only +12° of at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
     assert machine.collected().turns == ()
+    events = machine.feed(device.rotate("x", 19.7).rest(2.0).taken())
+    assert "only +19° of at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
 
 
 def test_a_nudge_is_not_called_a_rotation() -> None:

@@ -175,7 +175,9 @@ class RotationJudge:
         swung = self._context.units.gyroscope_known and motion.fastest >= MIN_ATTEMPT_RATE
         if abs(motion.angle) < MIN_ATTEMPT_DEG and not swung:
             return ""
-        return f"only {signed(motion.angle)} of at least {self._minimum:.0f}°"
+        short = min(abs(motion.angle), self._minimum - 1.0)  # is not rounded up to the limit
+        angle = signed(math.copysign(short, motion.angle))
+        return f"only {angle} of at least {self._minimum:.0f}°"
 
     def _strayed(self, share: FloatArray, before: FloatArray, after: FloatArray, axis: str) -> str:
         """The reason for a motion about another axis; "" for a mere change of place."""
@@ -385,7 +387,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; this one tells most",
+            detail="any angle and speed will do; this tells most",
         )
 
     def _rotation(self) -> RotationStatus:

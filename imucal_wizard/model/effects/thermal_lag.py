@@ -97,6 +97,11 @@ class ThermalLag(BiasEffect):
         del variant
         return -c.warming
 
+    def c_shape(self, variant: float | None) -> str:
+        """See ``AxisEffect``."""
+        del variant
+        return "(-warming)"
+
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Temperatures that differ, in a session of more than a minute."""
         del sensor

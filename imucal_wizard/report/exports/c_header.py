@@ -40,6 +40,7 @@ typedef struct {
   float time;         /* since the session's first sample, s */
   float vibration;    /* mean square, sum of the axes, (m/s^2)^2 */
   float current;      /* of the board, A or per cent */
+  float warming;      /* rate of change of the temperature, degC/s */
 } imucal_where;
 """
 _FUNCTION = """
@@ -99,6 +100,7 @@ def _function(name: str, sensor: Sensor) -> list[str]:
         f"  const float since_middle = time - {c_number(first.reference_time or 0)};",
         f"  const float vibration = where->vibration / ({g} * {g});",
         "  const float current = where->current;",
+        "  const float warming = where->warming;",
         f"  for (int pass = 0; pass < {_PASSES}; ++pass) {{",
         *(f"    const float x{i} = out[{i}] / unit;" for i in range(3)),
         "    float e0 = 0, e1 = 0, e2 = 0;",
@@ -111,6 +113,7 @@ def _function(name: str, sensor: Sensor) -> list[str]:
         "  }",
         *(f"  (void)f{i}; (void)before{i};" for i in range(3)),
         "  (void)warmth; (void)since_middle; (void)vibration; (void)current;",
+        "  (void)warming;",
         "}",
     ]
     return [*head, *body]
@@ -119,7 +122,7 @@ def _function(name: str, sensor: Sensor) -> list[str]:
 def _where(where: Circumstances, row: int) -> str:
     numbers = np.concatenate([where.force[row], where.previous[row]])
     warm, shaken = where.temperature[row], where.vibration[row]
-    rest = [warm, where.time[row], shaken, where.current[row]]
+    rest = [warm, where.time[row], shaken, where.current[row], where.warming[row]]
     f, p = numbers[:3], numbers[3:]
 
     def listed(values: Sequence[float] | FloatArray) -> str:
@@ -257,6 +260,7 @@ def _names(
         **{f"x{i}": x[:, i] for i in range(3)},
         **{f"f{i}": force[:, i] for i in range(3)},
         **{f"before{i}": before[:, i] for i in range(3)},
+        "warming": where.warming,
         "warmth": np.nan_to_num(where.temperature - warm),
         "time": where.time,
         "since_middle": where.time - middle,

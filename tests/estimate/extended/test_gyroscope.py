@@ -219,6 +219,7 @@ def test_neither_still_means_nor_rotations_drown_the_other() -> None:
     assert np.mean(scatter) / wander.wander == pytest.approx(1.0, abs=0.06)
 
 
+@pytest.mark.study
 def test_the_standard_errors_of_sizes_are_honest() -> None:
     """In 50 recordings 95 % intervals hold the true g-sensitivity 95 times in 100."""
     rng = np.random.default_rng(8)
