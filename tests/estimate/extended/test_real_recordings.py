@@ -72,20 +72,26 @@ def test_the_xsens_accelerometer_is_complete(name: str) -> None:
     assert with_it.rms_held_out > 1.2 * plain.rms_held_out
 
 
-@pytest.mark.parametrize("log", LOGS)
+SWAYING = pytest.mark.xfail(
+    strict=True,
+    reason="with the rests of the first minute, in which the hand sways, nine more parameters lower "
+    "the error of rotations left out by 2 %",
+)
+
+
+@pytest.mark.parametrize("log", [pytest.param(LOGS[0], marks=SWAYING), *LOGS[1:]])
 def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
-    """It hardly moves the fitted error and does not lower that of rotations left out.
+    """It hardly moves the fitted error and raises that of rotations left out.
 
     Nine more parameters of ninety rows lower a fitted error by 5 %; where a hand trembles,
-    rotations also weigh otherwise, by which the unweighted error may rise as much. An rms of sixty
-    closures is known to 9 %; a tenth of that is no gain.
+    rotations also weigh otherwise, by which the unweighted error may rise as much.
     """
     _, gyroscope = both("mikoff", log)
     plain, with_it = fit(gyroscope), fit(gyroscope, (G_SENSITIVITY,))
     assert plain.rms_held_out is not None
     assert with_it.rms_held_out is not None
     assert 0.9 < with_it.rms_fitted / plain.rms_fitted < 1.1
-    assert with_it.rms_held_out > 0.99 * plain.rms_held_out
+    assert with_it.rms_held_out > plain.rms_held_out
 
 
 @pytest.mark.parametrize("terms", [(), (G_SENSITIVITY,)], ids=["base", "g-sensitivity"])
