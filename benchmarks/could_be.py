@@ -4,9 +4,10 @@ Units of a virtual sensor, half of them with nothing hidden, the other half with
 of the catalogue, drawn by chance, of a size drawn from that of consumer parts. For each the error
 without noise is taken in new directions at the session's times and temperatures: of an
 accelerometer that of the magnitude in holds, of a gyroscope the angle by which rotations about any
-axis, with the rates of the session, do not close. The simulators are those of
-``benchmarks.hidden_effects`` and ``benchmarks.gyroscope_bound``, which share no formula with the
-fit.
+axis, with the rates of the session, do not close, of a magnetometer that of the field's magnitude,
+at currents of the session. The simulators are those of ``benchmarks.hidden_effects``,
+``benchmarks.gyroscope_bound`` and ``benchmarks.hidden_magnetometer``, which share no formula with
+the fit.
 """
 
 import sys
@@ -23,12 +24,16 @@ from benchmarks.hidden.designs import PLANS, Schedule
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.recording import SETTLING, Recorded, record
+from benchmarks.hidden_field.recording import CONSUMER, Colour, noise_of
+from benchmarks.hidden_field.recording import record as record_field
+from benchmarks.hidden_field.scenarios import EFFECTS as FIELD_EFFECTS
+from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
 from benchmarks.measure import machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MILLI_G
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, MILLI_G
 from imucal_wizard.simulate.forward import TrueCircumstances
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from tests.estimate.truth import turn
@@ -61,7 +66,8 @@ def drawn(sensor: str, rng: np.random.Generator) -> tuple[Hidden, ...]:
     if rng.random() < 0.5:
         return ()
     terms = HIDDEN_TERMS[sensor]
-    name = str(rng.choice(list(terms)))
+    known = FIELD_EFFECTS if sensor == MAGNETOMETER else tuple(terms)
+    name = str(rng.choice(known))
     typical = effect(name).parameters(sensor)[0].typical
     axes = tuple(int(one) for one in rng.permutation(3)[: terms[name].letters])
     if name == EARTH_RATE:
@@ -177,6 +183,46 @@ def one_gyroscope(device: TurnedDevice, rng: np.random.Generator) -> Unit:
     )
 
 
+def one_magnetometer(plan: Plan, colour: Colour, rng: np.random.Generator) -> Unit:
+    """One unit of a magnetometer, calibrated and judged."""
+    hidden = drawn(MAGNETOMETER, rng)
+    session = session_of(plan, int(rng.integers(2**31)))
+    step = float(rng.uniform(0.3, 0.7) * session.motion.time[-1]) / 60.0
+    seed = int(rng.integers(2**31))
+    recorded = record_field(session, colour, hidden, np.random.default_rng(seed), step=step)
+    # a bias is its mean over the session
+    drift = noise_of(colour, session.motion.time, np.random.default_rng(seed)).mean(axis=0)
+    bench = Bench(MAGNETOMETER, recorded)
+    found = bench.fit
+    # the same equations in new directions of the field, at moments of the session
+    rows = rng.integers(len(session.seen), size=NEW)
+    turned = rng.standard_normal((NEW, 3))
+    field = float(np.linalg.norm(session.model.world))
+    seen = field * turned / np.linalg.norm(turned, axis=1)[:, None]
+    known = session.circumstances(step)
+    where = replace(
+        known,
+        sensed=seen,
+        temperature=known.temperature[rows],
+        minutes=known.minutes[rows],
+        current=session.current[rows],
+        force=known.force[rows],
+        rate=known.rate[rows],
+        previous=known.previous[rows],
+        vibration=known.vibration[rows],
+        attitude=known.attitude[rows],
+    )
+    felt = seen + drift + sum((one.error(where) for one in hidden), np.zeros_like(seen))
+    readings = felt @ session.model.gain.T + session.model.hard_iron
+    corrected = (readings - found.bias) @ found.matrix.T
+    return Unit(
+        hidden[0].term if hidden else "",
+        bench.look().could_be or np.nan,
+        found.rms_held_out or np.nan,
+        np.linalg.norm(corrected, axis=1) - field,
+    )
+
+
 def line(name: str, units: list[Unit]) -> str:
     """Coverage of these units with its error, and "could be" as a multiple of the truth."""
     inside = np.array([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
@@ -206,8 +252,15 @@ CASES: dict[str, dict[str, Callable[[np.random.Generator], Unit]]] = {
             replace(DEVICES[0], name="26 poses, 12 turns, 1 mg, flicker 5 °/h", flicker=0.0015),
         )
     },
+    MAGNETOMETER: {
+        "circles, 26+12 poses, circles; consumer noise": partial(
+            one_magnetometer, REPEATED, CONSUMER
+        ),
+        "18 poses, circles; consumer noise": partial(one_magnetometer, STANDARD, CONSUMER),
+        "18 poses, circles; white noise": partial(one_magnetometer, STANDARD, Colour(floor=0.0)),
+    },
 }
-UNITS = {ACCELEROMETER: "mg", GYROSCOPE: "°"}
+UNITS = {ACCELEROMETER: "mg", GYROSCOPE: "°", MAGNETOMETER: "µT"}
 
 
 def main(

@@ -45,6 +45,7 @@ def record(
     hidden: Sequence[Hidden],
     rng: np.random.Generator,
     extra: Extra | None = None,
+    step: float | None = None,
 ) -> MagnetometerExperiment:
     """What the program knows of a session.
 
@@ -54,10 +55,11 @@ def record(
         hidden: effects.
         rng: chance.
         extra: what is no effect of the catalogue.
+        step: moment of a step, min; by chance if None.
     """
     time = session.motion.time
-    step = float(rng.uniform(0.3, 0.7) * time[-1]) / 60.0
-    noise = _noise(colour, time, rng)
+    step = float(rng.uniform(0.3, 0.7) * time[-1]) / 60.0 if step is None else step
+    noise = noise_of(colour, time, rng)
     up = session.up + UP_ERROR * rng.standard_normal(session.up.shape)
     error = noise
     where = session.circumstances(step)
@@ -89,7 +91,8 @@ def record(
     return MagnetometerExperiment(found.data, None, poses)
 
 
-def _noise(colour: Colour, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+def noise_of(colour: Colour, time: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Noise of samples at these times, µT, shape (n, 3)."""
     density, floor = np.full(3, FIELD_NOISE * np.sqrt(2.0 / FIELD_RATE)), np.full(3, colour.floor)
     noise = SensorNoise(rng, FIELD_RATE, density, floor).take(len(time))
     if colour.walk:

@@ -7,7 +7,9 @@ corrected reading may be from the truth in a direction anywhere on the sphere.
 
 With the whitened columns B of the model and C of an effect of size s, the fit moves by
 ``δ = −N⁻¹ Bᵀ (C s + n)``, ``N = BᵀB + prior``, and a new row without noise is off by
-``C' s + B' δ``. Its square is taken as a scaled chi square with the same mean and variance.
+``C' s + B' δ``. Its square is taken as a scaled chi square with the same mean and variance. What
+the base has beyond that (parameters that the directions do not determine, errors that the rows
+share) adds to it, see ``Experiment.unseen``.
 """
 
 from collections.abc import Iterator
@@ -57,7 +59,7 @@ def could_be(
     """
     table = fit.rows
     assert table is not None  # noqa: S101 (narrows the type)
-    rows, base, item = _elsewhere(fit)
+    rows, base, unseen, item = _elsewhere(fit)
     white = table.whitened(table.columns)
     # B'·δ for one unit of noise in each row
     absorbed = -base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
@@ -86,7 +88,8 @@ def could_be(
         columns = np.concatenate([columns_of(one) for one in members], axis=1)
         patterns = np.concatenate([one.patterns for one in members], axis=1)
         for part, found, root in _sizes(patterns, spreads, coordinates, weights, sigma):
-            mean, variance = columns @ found, ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise
+            mean = columns @ found
+            variance = ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise + unseen
             shares.append(share * part)
             means.append(np.bincount(item, mean**2 + variance))
             squares.append(np.bincount(item, 2.0 * variance**2 + 4.0 * mean**2 * variance))
@@ -130,12 +133,13 @@ def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> f
     return float(errors[order[np.searchsorted(below, COVERED_SHARE * below[-1])]])
 
 
-def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, IntArray]:
+def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, FloatArray, IntArray]:
     """Judged rows in directions that were not measured, at the calibration found.
 
     Returns:
-        The rows of each source; their derivative by the fitted parameters, shape (k, p); the number
-        of each row's hold or rotation, shape (k,).
+        The rows of each source; their derivative by the fitted parameters, shape (k, p); their
+        variance by errors of the base that the rows do not show, shape (k,); the number of each
+        row's hold or rotation, shape (k,).
     """
     experiment, table = fit.experiment, fit.rows
     assert experiment is not None and table is not None  # noqa: S101, PT018 (narrows the types)
@@ -148,12 +152,18 @@ def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, IntArray]:
     directions = experiment.directions(fit.base).columns
     # errors of the reference, which come last, are no error of this sensor
     base = np.zeros((sum(len(one.residual) for one in rows), table.columns.shape[1]))
+    entries = [one.base_columns() for one in rows]
     own = [
-        np.concatenate([one.base_columns() @ directions, one.term_columns(fit.terms)], axis=1)
-        for one in rows
+        np.concatenate([by_entries @ directions, one.term_columns(fit.terms)], axis=1)
+        for by_entries, one in zip(entries, rows, strict=True)
     ]
     base[:, : own[0].shape[1]] = np.concatenate(own)
-    return rows, base, numbered([source.labels.index for source in sources])
+    unseen = np.zeros(len(base))
+    covariance = None if fit.minimum is None else experiment.unseen(fit.minimum)
+    if covariance is not None:
+        whole = np.concatenate(entries)
+        unseen = np.maximum(((whole @ covariance) * whole).sum(axis=1), 0.0)
+    return rows, base, unseen, numbered([source.labels.index for source in sources])
 
 
 def _sizes(

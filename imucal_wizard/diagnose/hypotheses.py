@@ -55,6 +55,7 @@ class Hypothesis:
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
         spreads: prior standard deviations of the size, each as likely as the others.
         paired: whether it is looked for together with others.
+        sparsely: only with those that have no variant.
     """
 
     kind: str
@@ -66,6 +67,7 @@ class Hypothesis:
     patterns: FloatArray
     spreads: tuple[float, ...]
     paired: bool = True
+    sparsely: bool = False
 
 
 def noise_alone(frame: Frame) -> Hypothesis:
@@ -79,19 +81,22 @@ def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     terms = [candidate.term for candidate in misfit.candidates]
     share = PRIOR[EFFECT] / max(len(set(terms)), 1)
     made = []
-    for candidate in misfit.candidates:
+    for place, candidate in enumerate(misfit.candidates):
+        paired = candidate.effect.paired or terms[:place].count(candidate.term) % 2 == 1
         patterns = frame.across.T @ (candidate.columns * candidate.typical)
         prior = share / terms.count(candidate.term)
-        made.append(_effect(candidate, prior / 2.0, patterns, ""))
+        made.append(_effect(candidate, prior / 2.0, patterns, "", paired))
         count = patterns.shape[1]
         made += [
-            _effect(candidate, prior / 2.0 / count, patterns[:, [k]], name)
+            _effect(candidate, prior / 2.0 / count, patterns[:, [k]], name, paired)
             for k, name in enumerate(candidate.names)
         ]
     return made
 
 
-def _effect(candidate: Candidate, prior: float, patterns: FloatArray, which: str) -> Hypothesis:
+def _effect(
+    candidate: Candidate, prior: float, patterns: FloatArray, which: str, paired: bool
+) -> Hypothesis:
     return Hypothesis(
         EFFECT,
         (candidate.term,),
@@ -101,7 +106,8 @@ def _effect(candidate: Candidate, prior: float, patterns: FloatArray, which: str
         float(np.log(prior)),
         patterns,
         SPREADS,
-        candidate.effect.paired,
+        paired,
+        not candidate.effect.paired,
     )
 
 
@@ -381,6 +387,9 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     wrong = family == DISTURBED
     first, second = np.triu_indices(len(single), 1)
     keep = (number[first] != number[second]) | (wrong[first] & wrong[second])
+    sparse = np.array([one.sparsely for one in single])
+    setting = np.array([one.variant is not None for one in single])
+    keep &= ~(sparse[first] & setting[second]) & ~(sparse[second] & setting[first])
     first, second = first[keep], second[keep]
     if not len(first):
         return None

@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import (
+    DISTURBED,
+    EFFECT,
+    NOTHING,
     UNKNOWN,
     Hypothesis,
     Pairs,
@@ -133,8 +136,8 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
-    def unknown_beside(self, coordinates: FloatArray, inside: FloatArray) -> float:
-        """Probability of unknown structure among the single explanations of what a name leaves.
+    def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:
+        """Probability of each kind of single explanation of what a name leaves.
 
         Args:
             coordinates: of a residual, shape (m,).
@@ -143,7 +146,10 @@ class HypothesisSet:
         rest = HypothesisSet(self.frame, self.single, inside=inside)
         left = coordinates - inside @ (inside.T @ coordinates)
         found = rest.posterior(self.frame.across @ left)
-        return float(found.single[[one.kind == UNKNOWN for one in self.single]].sum())
+        shares = dict.fromkeys((NOTHING, EFFECT, DISTURBED, UNKNOWN), 0.0)
+        for one, share in zip(self.single, found.single, strict=True):
+            shares[one.kind] += float(share)
+        return shares
 
     def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
         """Logarithms of likelihood and prior of every single explanation, size and noise.

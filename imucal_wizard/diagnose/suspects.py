@@ -213,6 +213,18 @@ class Suspect:
         )
 
     @property
+    def never_named(self) -> tuple[str, ...]:
+        """Parameters that show at the sizes told, but whose family is named at no size.
+
+        None if all are so: that is told instead of a size.
+        """
+        if self.sized is None or not np.isfinite(self.nameable).any():
+            return ()
+        least = self.detectable_on_any_axis
+        sizes = zip(self.sized.names, self.detectable, self.nameable, strict=True)
+        return tuple(name for name, seen, named in sizes if seen <= least and np.isinf(named))
+
+    @property
     def largest(self) -> int:
         """Place of the parameter that stands out most from its standard error."""
         return 0 if self.trial is None else largest(self.trial.size, self.trial.standard_error)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
-from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, NOTHING, UNKNOWN, Hypothesis
+from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, EFFECT, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
@@ -188,6 +188,9 @@ MIN_ACCUSED = 0.5
 """Probability from which on a hold is among those called disturbed."""
 MIN_UNKNOWN_LEFT = 0.5
 """Probability of unknown structure in what a name leaves, from which on the name is not given."""
+MIN_EXPLAINED_LEFT = 0.9
+"""Probability of the effects of the catalogue in what a name leaves, below which the name is not
+given if directions differ by more than visits: something that has no name is left there."""
 MIN_SHARE_OF_UNKNOWN = 0.01
 """The least of that structure, as a share of the squares that the name takes away: scales and
 biases that are wrong by 5 % leave so much of an effect that is quadratic in the input."""
@@ -339,14 +342,18 @@ def leaves_structure(
     families: tuple[str, ...],
     lack: LackOfFit,
 ) -> bool:
-    """Whether the families named leave structure that has another cause."""
+    """Whether the families named leave structure without a name.
+
+    What other effects explain of it is a matter of the next rung.
+    """
     inside = best.span(families)
     left = misfit.lack_beside(hypotheses.frame.across @ inside)
     if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
         return False
-    if left.between_directions:
+    beside = hypotheses.beside(best.coordinates, inside)
+    if left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT:
         return True
-    return hypotheses.unknown_beside(best.coordinates, inside) > MIN_UNKNOWN_LEFT
+    return beside[UNKNOWN] > MIN_UNKNOWN_LEFT
 
 
 def nameless(lack: LackOfFit) -> Verdict:

@@ -463,6 +463,8 @@ def seen_from(one: Suspect) -> str:
     words = f"seen from {size_with_unit(seen, one.sized.unit)}"
     if np.isfinite(named):
         words += f", named from {size_with_unit(named, one.sized.unit)}"
+        if one.never_named:
+            words += f" but on {', '.join(one.never_named)} at no size"
     else:
         words += ", named at no size: other explanations leave as little"
     if one.sized.variant is not None:

@@ -220,6 +220,18 @@ class AccelerometerExperiment(Experiment):
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
         return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
 
+    def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
+        """See ``Experiment``: angles and scales that the poses do not determine."""
+        modes = undetermined_modes(self.up, self.identified.basis)
+        if not modes.shape[1] or found.base != BASE:
+            return None
+        # a bias that is too large makes the corrected force too small
+        size = np.full(len(ENTRY_OF), self.gain)
+        size[:3] = -self.gravity / self.gain
+        moved = np.zeros((ENTRIES, modes.shape[1]))
+        moved[list(ENTRY_OF)] = size[:, None] * modes
+        return np.asarray(moved @ moved.T)
+
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
         rows = cast("MagnitudeRows", found.rows[0])

@@ -158,6 +158,15 @@ class Experiment(ABC):
         del found
         return np.zeros((ENTRIES, ENTRIES))
 
+    def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
+        """What M and b may be wrong by beyond what independent rows leave, covariance, (12, 12).
+
+        Parameters that the rows do not determine have their usual size, with the shift that they
+        cause in those fitted; errors that rows share count as such. None where there is nothing.
+        """
+        del found
+        return None
+
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """Covariance of M and b, (12, 12), the bias being its mean over the session.
 

@@ -43,8 +43,6 @@ from imucal_wizard.model.terms import Terms
 
 MIN_SEGMENTS = 6
 """Rotations with the field known at both ends, from which headings are fitted."""
-WORSE = 1.1
-"""A closure that is larger by less than this says nothing: thirty rotations know it to 13 %."""
 MAX_SEGMENT_SECONDS = 30.0
 """Seconds; longer ones gather too much noise of the gyroscope."""
 END_SHARE = 0.25
@@ -247,8 +245,11 @@ def with_gyroscope(
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
     stage = replace(stage, added=added)
-    if added.heading_after > WORSE * added.heading_before:
-        note = "the gyroscope's fit to gravity alone foretells rotations better and is kept"
+    if not added.better:
+        note = (
+            "the gyroscope's fit to gravity alone foretells rotations left out better than the fit "
+            "to both references, and is kept"
+        )
         return replace(stage, notes=(*stage.notes, note)), fit_before
     if fit_before.method != DEFAULTS["gyroscope"]:
         note = f"the gyroscope stays with the method that was asked for: {fit_before.method}"
@@ -334,10 +335,20 @@ def _heading_rows(
 
 
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
-    """What the headings add, each rotation left out."""
+    """What the headings add, each rotation left out; the tilts are those of the same rotations."""
     none = Terms("gyroscope", ())
     at_first = source.at(Parameters(fit.matrix, fit.bias), none)
-    tilt = fit.rms_held_out if fit.unit == "rad" else None  # an offset's error is a rate
+    first = np.linalg.norm(at_first.by_gravity.closure, axis=1)
+    numbered = zip(source.labels.index.tolist(), first.tolist(), strict=True)
+    tilt_before: dict[int, float] = dict(numbered)
+    tilt_after = _tilts(better)
+    if fit.method == DEFAULTS["gyroscope"]:
+        tilt_before = _tilts(fit)
+    both = [index for index in tilt_before if index in tilt_after]
+    tilts = [
+        root_mean_square(np.array([one[index] for index in both]))
+        for one in (tilt_before, tilt_after)
+    ]
     ratio = None
     if fit.covariance is not None and better.covariance is not None:
         before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
@@ -346,12 +357,21 @@ def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
     table = better.rows
     assert table is not None  # noqa: S101 (narrows the type)
     out = table.reported if table.held_out is None else table.held_out
-    first = np.linalg.norm(at_first.by_gravity.closure, axis=1)
     return Added(
         len(at_first.residual),
-        tilt or root_mean_square(first),
-        better.rms_held_out or better.rms_fitted,
+        tilts[0],
+        tilts[1],
         root_mean_square(at_first.residual),
         root_mean_square(out[table.kind == "heading"]),
         ratio,
     )
+
+
+def _tilts(fit: SensorFit) -> dict[int, float]:
+    """Closure against gravity of each rotation, left out if the others determine the model, rad."""
+    table = fit.rows
+    assert table is not None  # noqa: S101 (narrows the type)
+    out = table.reported if table.held_out is None else table.held_out
+    closing = table.judged & table.moving
+    squares = np.bincount(table.index[closing], out[closing] ** 2)
+    return {index: float(np.sqrt(squares[index])) for index in set(table.index[closing].tolist())}

@@ -224,8 +224,9 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is told, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
-        paired: whether pairs with other effects are looked for; the moments of a second step would
-            be most of them.
+        paired: whether pairs with all other effects are looked for, at all its settings. If not,
+            every second setting is paired with effects that have none: the moments of a second
+            step would be most of the pairs.
         aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
             rest to rest, tell from it, where their sizes are chosen for that.
         free: it is a free curve: its parameters are coefficients of one course, which is told by

@@ -105,6 +105,7 @@ def second_stage_document(stage: SecondStage) -> dict[str, Any]:
     alignment, added, headings = stage.alignment, stage.added, stage.headings
     return {
         "rotation": alignment.rotation.tolist(),
+        "axes": alignment.axes or None,
         "rotation_covariance": alignment.covariance.tolist(),
         "dip": alignment.dip,
         "dip_standard_error": alignment.dip_error,

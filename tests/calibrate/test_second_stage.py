@@ -15,7 +15,7 @@ from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.alignment import align
-from imucal_wizard.estimate.second_stage.found import SecondStage
+from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import heading
 from imucal_wizard.report.document import fit_document
 from imucal_wizard.report.text import summary
@@ -84,13 +84,33 @@ def test_turns_about_the_vertical_count_with_the_field_as_reference() -> None:
     assert added.turns > 1.3 * len(report.rotations)
     assert added.standard_errors is not None
     assert added.standard_errors < 0.8
-    assert added.heading_after <= 1.1 * added.heading_before
+    assert added.better
     fit = report.sensors["gyroscope"]
     assert fit.method == "vector + field"
     assert fit.covariance is not None
     truth = np.concatenate([SESSION.gyroscope.matrix.ravel(), SESSION.gyroscope.bias])
     found = np.concatenate([fit.matrix.ravel(), fit.bias])
     assert (np.abs(found - truth) < 4.5 * np.sqrt(np.diag(fit.covariance))).all()
+
+
+@pytest.mark.parametrize(
+    ("tilt", "heading", "better"),
+    [
+        (0.9, 0.5, True),
+        (1.05, 0.9, True),
+        (1.08, 1.0, False),
+        (1.27, 0.5, False),
+        (0.9, 1.2, False),
+        (1.0, 1.0, True),
+    ],
+)
+def test_both_references_are_kept_only_where_rotations_left_out_say_so(
+    tilt: float, heading: float, better: bool
+) -> None:
+    """Closures by both references over those by gravity alone; neither may be worse."""
+    added = Added(30, 1.3, 1.3 * tilt, 2.0, 2.0 * heading, None)
+    assert added.better == better
+    assert Added(30, 0.0, 0.0, 0.0, 0.0, None).better
 
 
 @pytest.mark.parametrize("method", ["offset", "static"])

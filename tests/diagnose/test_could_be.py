@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
-from benchmarks.could_be import one_unit
+from benchmarks.could_be import elsewhere, one_magnetometer, one_unit
 from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.recording import record
+from benchmarks.hidden_field.recording import CONSUMER
+from benchmarks.hidden_field.sessions import STANDARD
+from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.estimate.accelerometer import accelerometer_experiment
 from imucal_wizard.model.effect import ACCELEROMETER
 
 
@@ -25,6 +30,34 @@ def _said(design: str, seed: int) -> float:
     rng = np.random.default_rng(seed)
     bench = Bench(ACCELEROMETER, measured_of(record(PLANS[design], COLOURS["white"], (), rng)))
     return bench.look().could_be or np.inf
+
+
+def test_angles_that_the_poses_do_not_determine_may_be_wrong() -> None:
+    """Faces, and edges between x and y: the angles to z are left at zero, and are not zero."""
+    rng = np.random.default_rng(2)
+    recorded = record(PLANS["18"], COLOURS["white"], (), rng)
+    every = measured_of(recorded)
+    near = np.sort(np.abs(every.up), axis=1)[:, 2] > 0.95
+    chosen = near | (np.abs(every.up[:, 2]) < 0.3)
+    holds = [hold for hold, one in zip(every.holds, chosen, strict=True) if one]
+    few = accelerometer_experiment(holds, every.gravity, every.unit, every.readings)
+    assert few.identified.dropped
+    bench = Bench(ACCELEROMETER, few)
+    readings = recorded.true_readings(elsewhere(recorded, rng))
+    corrected = (readings - bench.fit.bias) @ bench.fit.matrix.T
+    true = root_mean_square(np.linalg.norm(corrected, axis=1) - STANDARD_GRAVITY)
+    assert true < (bench.look().could_be or 0.0) < 5.0 * true
+
+
+@pytest.mark.study
+def test_it_covers_the_error_of_magnetometers() -> None:
+    """The same of the field's magnitude, with slow noise that many rows share."""
+    rng = np.random.default_rng(78)
+    units = [one_magnetometer(STANDARD, CONSUMER, rng) for _ in range(16)]
+    inside = np.mean([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
+    true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
+    assert 0.85 < inside < 0.99
+    assert np.median([one.could_be for one in units] / true) < 3.0
 
 
 @pytest.mark.study

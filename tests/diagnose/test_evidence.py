@@ -10,6 +10,7 @@ from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT, PAIR_SPREAD, UN
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.significance import log_evidences
+from imucal_wizard.diagnose.verdict import judge_misfit
 from tests.diagnose.sessions import session
 
 
@@ -97,3 +98,24 @@ def test_the_noise_is_found_from_what_the_repeats_leave(times: float) -> None:
         assert posterior.single[0] == posterior.single.max()
         found.append(posterior.sigma[0])
     assert np.mean(found) == pytest.approx(times, rel=0.15)
+
+
+def test_what_a_name_leaves_is_an_effect_of_the_catalogue_or_unknown() -> None:
+    """Beside hysteresis the shaken poses are an effect, a ripple is unknown structure."""
+    shaken, known = session("hysteresis:2:z", "vibration-rectification:900:x")
+    own = next(one for one in known.single if one.terms == ("hysteresis",) and not one.parameter)
+    inside = np.linalg.qr(own.patterns)[0]
+    left = known.beside(known.frame.across.T @ shaken.residual, inside)
+    assert left[EFFECT] > 0.9
+    assert sum(left.values()) == pytest.approx(1.0)
+    ripple = 8.0 * np.sin(9.0 * shaken.direction[:, 0])
+    rippled = shaken.whitened(np.diag(shaken.sigma)) @ ripple
+    left = known.beside(known.frame.across.T @ rippled, inside)
+    assert left[UNKNOWN] > 0.9
+
+
+def test_a_step_of_the_scale_is_named_beside_another_effect() -> None:
+    """Of its moments every second is paired: the moment between two of them is near enough."""
+    misfit, known = session("scale-step:3000:y", "hysteresis:2:x")
+    opinion = judge_misfit(misfit, known, known.posterior(misfit.residual))
+    assert opinion.families == ("hysteresis", "slow-scale")

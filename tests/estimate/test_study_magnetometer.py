@@ -31,6 +31,6 @@ def test_intervals_hold_the_truth_where_samples_share_their_errors(
     The ten parameters of one session go together, so that fifty sessions know the share of all to
     two per cent.
     """
-    shares, rms, _ = intervals(MOTIONS[motion], NOISES[noise], step, RUNS, 8_800)
+    shares, rms, *_ = intervals(MOTIONS[motion], NOISES[noise], step, RUNS, 8_800)
     assert 0.90 < np.mean(shares) < 0.99
     assert 0.8 < rms < 1.2

@@ -311,6 +311,14 @@ class MagnetometerExperiment(Experiment):
         by_priors = basis @ by_priors[free, free] @ basis.T
         return np.asarray(by_errors + by_priors + self.left_nominal(found))
 
+    def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
+        """See ``Experiment``: soft iron that is left at none, and slow errors of rows."""
+        whole, plain = self.in_session(found), found.covariance()
+        if whole is None or plain is None:
+            return None
+        basis, free = found.directions.columns, slice(0, len(found.directions))
+        return np.asarray(whole - basis @ plain[free, free] @ basis.T)
+
     def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
         """Soft iron that is left at none counts with its usual size, see ``Experiment``.
 

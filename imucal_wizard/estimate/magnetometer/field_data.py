@@ -28,6 +28,8 @@ USUAL_FIELD = 50.0
 """Field in µT that a usual size of an effect belongs to where nothing tells the field of counts."""
 SMALLEST_NOISE = 1e-7
 """Of the field; data without any noise keep a weight."""
+WHOLE = 0.01
+"""Of a step, by which a whole number of steps may be off: readings are printed with few digits."""
 SPIKE_SIGMAS = 8.0
 """Robust standard deviations of a sample from the mean of its neighbours that no motion makes."""
 PASSING_SECONDS = 15.0
@@ -134,7 +136,7 @@ def field_data(
     per_sample = pieces.spread(shrunk(single, pieces.samples - 1))
     noise = piece_noise(pieces, size, per_sample) * per_sample
     inward = pieces.mean(magnetic @ matrix / size[:, None])
-    rounded = (inward**2 * _rounding(reading, resolution_of(values))).sum(axis=1)
+    rounded = (inward**2 * _rounding(reading, _steps(values, reading))).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
     scatter = per_sample + pieces.spread(rounded)
@@ -160,6 +162,19 @@ def field_data(
         gravity=gravity,
         readings=readings,
     )
+
+
+def _steps(values: FloatArray, scatter: FloatArray) -> FloatArray:
+    """Step of the readings on each axis, 0 for none, shape (3,).
+
+    Where most readings change from one pose to the next only, the least change is a step if all
+    readings are whole numbers of it apart.
+    """
+    step = resolution_of(values)
+    apart = (values - values[0]) / np.where(step > 0.0, step, 1.0)
+    whole = (np.abs(apart - np.round(apart)) < WHOLE).all(axis=0)
+    change = np.array([median(axis) for axis in scatter.T]) > (WHOLE * step) ** 2
+    return np.where(whole | change, step, 0.0)
 
 
 def _rounding(scatter: FloatArray, step: FloatArray) -> FloatArray:

@@ -9,6 +9,14 @@ from imucal_wizard.estimate.second_stage.clock_offset import ClockOffset
 from imucal_wizard.estimate.second_stage.error_modes import ErrorModes
 from imucal_wizard.estimate.second_stage.heading import Bearings
 
+MAX_WORSE = 1.1
+"""A closure that is larger by less than this may be no worse: thirty rotations know it to 13 %."""
+SAME_CLOSURES = 1.02
+"""Closures that together are larger by less than this are the same: more data decide, which know
+the gains at least as well."""
+EXACT_CLOSURE = 1e-7
+"""A closure below this, rad, is exact."""
+
 
 @dataclass(frozen=True, eq=False)
 class Headings(Bearings):
@@ -23,12 +31,13 @@ class Headings(Bearings):
 
 @dataclass(frozen=True, eq=False)
 class Added:
-    """What the second stage adds to the gyroscope: closures of all turns, rad rms.
+    """What the second stage adds to the gyroscope: closures of rotations, rad rms.
 
     Attributes:
         turns: how many rotations, those about the vertical included.
-        tilt_before: across the vertical, by the gyroscope's fit to gravity alone.
-        tilt_after: the same by both references, each turn left out.
+        tilt_before: across the vertical, of the rotations that the gyroscope's fit to gravity alone
+            has, each left out of that fit.
+        tilt_after: the same of the same rotations by both references.
         heading_before: about the vertical, by the fit to gravity alone.
         heading_after: the same by both references, each turn left out.
         standard_errors: mean ratio of the gains' standard errors, after over before, or None.
@@ -40,6 +49,17 @@ class Added:
     heading_before: float
     heading_after: float
     standard_errors: float | None
+
+    @property
+    def better(self) -> bool:
+        """Whether both references foretell rotations left out as well, and neither closure worse.
+
+        Each closure in units of its own: the magnetometer's noise in a heading is far above that of
+        a tilt.
+        """
+        heading = self.heading_after / max(self.heading_before, EXACT_CLOSURE)
+        tilt = self.tilt_after / max(self.tilt_before, EXACT_CLOSURE)
+        return max(heading, tilt) <= MAX_WORSE and heading**2 + tilt**2 <= 2.0 * SAME_CLOSURES**2
 
 
 @dataclass(frozen=True, eq=False)
