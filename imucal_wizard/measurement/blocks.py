@@ -215,8 +215,10 @@ def resample_gyroscope(readings: Readings) -> Readings:
     own, gyroscope = readings.accelerometer, readings.gyroscope
     if gyroscope is None or np.array_equal(own.time, gyroscope.time):
         return readings
-    columns = [np.interp(own.time, gyroscope.time, column) for column in gyroscope.values.T]
-    values = np.column_stack(columns)
+    values = np.full((len(own), 3), np.nan)
+    if len(gyroscope):
+        columns = [np.interp(own.time, gyroscope.time, column) for column in gyroscope.values.T]
+        values = np.column_stack(columns)
     values[_far_from(own.time, gyroscope)] = np.nan
     return replace(readings, gyroscope=Series(own.time, values, gyroscope.unit))
 

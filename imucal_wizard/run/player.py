@@ -47,7 +47,7 @@ class ReadingsTape:
     procedure uses both together.
 
     Raises:
-        RecordingError: it has fewer than two samples.
+        RecordingError: it has fewer than two samples, or two sensors that were never on together.
     """
 
     def __init__(self, readings: Readings) -> None:
@@ -55,6 +55,11 @@ class ReadingsTape:
         self._rate = readings.accelerometer.rate
         if self._rate <= 0.0:
             raise RecordingError("it has too few samples to be played; record again")
+        if len(self._readings) < 2:
+            raise RecordingError(
+                "accelerometer and gyroscope were never recorded at the same time, so the wizard "
+                "cannot play it; record both together"
+            )
         self._next = 0
 
     def rewind(self) -> None:

@@ -72,6 +72,11 @@ def test_the_xsens_accelerometer_is_complete(name: str) -> None:
     assert with_it.rms_held_out > 1.2 * plain.rms_held_out
 
 
+@pytest.mark.xfail(
+    strict=True,
+    reason="with the rests of the first minute, in which the hand sways, nine more parameters "
+    "lower the error of rotations left out by 2 % and by 0.1 %",
+)
 @pytest.mark.parametrize("log", LOGS)
 def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
     """It hardly moves the fitted error and raises that of rotations left out.
