@@ -92,10 +92,10 @@ def grade_parts(
     fit, diagnosis = report.sensors.get(graded.sensor), diagnoses.get(graded.sensor)
     beside = [Text(graded.sensor, "bold")]
     if fit is not None:
+        beside[0].append(f", limit {quantity(graded.limit, fit.unit, 2)}", "not bold")
         beside += [Text(part) for part in errors_text(fit).split(", ")]
         if diagnosis is not None and diagnosis.could_be is not None:
             beside.append(Text(f"could be {quantity(diagnosis.could_be, fit.unit)}"))
-        beside.append(Text(f"limit {quantity(graded.limit, fit.unit, 2)}"))
     word = half_blocks(dots(graded.grade.word) or [])
     table = Table.grid(padding=(0, 2))
     table.add_column(no_wrap=True)
