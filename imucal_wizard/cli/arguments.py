@@ -368,17 +368,18 @@ def spare(files: Sequence[Path], *places: str | Path | None) -> None:
             raise UsageError(f"{place} is an input file: give another name to write to")
 
 
-def spare_others(place: Path | None, *, force: bool) -> None:
-    """Refuse to save over a file that is no calibration.
-
-    Args:
-        place: the file to save to, or None.
-        force: whether the user wants it all the same.
+def spare_others(arguments: argparse.Namespace) -> None:
+    """Refuse to write over a file of another kind, unless ``--force`` is given.
 
     Raises:
-        UsageError: another file is there.
+        UsageError: the place of ``--json`` is no JSON, or that of ``--save`` no calibration.
     """
-    if place is not None and not force and begins_otherwise(place, b'"imucal-wizard/calibration/'):
+    document, place = getattr(arguments, "json", None), getattr(arguments, "save", None)
+    if getattr(arguments, "force", False):
+        return
+    if document not in (None, STANDARD_OUT) and begins_otherwise(Path(document), b"{"):
+        raise UsageError(f"{document} is there already and no JSON: give another name")
+    if place is not None and begins_otherwise(place, b'"imucal-wizard/calibration/'):
         raise UsageError(
             f"{place} is there already and no calibration: give another name, or --force"
         )
@@ -393,12 +394,7 @@ def _same(place: Path, file: Path) -> bool:
 
 def document_place(text: str) -> str:
     """The type of an option for a JSON file, or ``-`` for standard output."""
-    if text == STANDARD_OUT:
-        return text
-    path = file_to_write(text)
-    if begins_otherwise(path, b"{"):
-        raise argparse.ArgumentTypeError(f"{text} is there already and no JSON; give another name")
-    return str(path)
+    return text if text == STANDARD_OUT else str(file_to_write(text))
 
 
 def add_sensor(group: "argparse._ActionsContainer") -> None:

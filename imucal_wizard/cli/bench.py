@@ -82,7 +82,7 @@ def run(argv: Sequence[str]) -> int:
     """Diagnose, add what is asked for, and report; 1 when the data are insufficient."""
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
-    spare_others(arguments.save, force=arguments.force)
+    spare_others(arguments)
     added = wanted_terms(arguments.add)
     if arguments.guess:
         from imucal_wizard.teach.prediction import parse_prediction

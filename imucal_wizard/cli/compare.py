@@ -9,6 +9,7 @@ from imucal_wizard.cli.arguments import (
     calibrated,
     fitting_parser,
     spare,
+    spare_others,
     write_json,
 )
 from imucal_wizard.core.output import note, say
@@ -31,6 +32,7 @@ def run(argv: Sequence[str]) -> int:
     """Compare; the exit status is 1 when the data are insufficient."""
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json)
+    spare_others(arguments)
     fit = calibrated(arguments, "compare")
     from imucal_wizard.estimate.comparison import method_rows
     from imucal_wizard.report.document import methods_document

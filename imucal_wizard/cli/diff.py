@@ -3,7 +3,14 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from imucal_wizard.cli.arguments import STANDARD_OUT, Parser, add_json, spare, write_json
+from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
+    Parser,
+    add_json,
+    spare,
+    spare_others,
+    write_json,
+)
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import say
 
@@ -32,6 +39,7 @@ def run(argv: Sequence[str]) -> int:
     if len(arguments.files) < 2:
         raise UsageError("give two files or more: diff CAL.json CAL.json")
     spare(arguments.files, arguments.json)
+    spare_others(arguments)
     from imucal_wizard.report.differences import difference_table, differences, named_parameters
 
     files = [named_parameters(path) for path in arguments.files]

@@ -46,7 +46,7 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)
-    spare_others(arguments.save, force=arguments.force)
+    spare_others(arguments)
     methods = {
         "accelerometer": arguments.method,
         "gyroscope": arguments.gyro_method,

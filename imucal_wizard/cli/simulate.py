@@ -14,6 +14,7 @@ from imucal_wizard.cli.arguments import (
     add_sensor,
     check_exercise,
     file_to_write,
+    spare_others,
     write_json,
 )
 from imucal_wizard.core.errors import UsageError
@@ -101,6 +102,7 @@ def _check(arguments: Namespace) -> None:
         raise UsageError("--guess is compared with an answer: give --reveal OUT.mystery too")
     check_exercise(arguments, also="--reveal")
     _spare_measured(arguments.out)
+    spare_others(arguments)
 
 
 def _spare_measured(out: Path) -> None:

@@ -170,7 +170,7 @@ def _check(arguments: argparse.Namespace) -> None:
         )
     check_exercise(arguments)
     spare([*arguments.replay, *filter(None, [arguments.resume])], arguments.save)
-    spare_others(arguments.save, force=arguments.force)
+    spare_others(arguments)
     if not 0.0 < arguments.speed <= 1000.0:
         raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:

@@ -277,7 +277,7 @@ def spectra(
     if inside is not None:
         stacks = [stack - inside @ (inside.T @ stack) for stack in stacks]
     each_of = [
-        np.ascontiguousarray(stack.T).reshape(-1, q, len(stack))
+        np.ascontiguousarray(stack.T).reshape(stack.shape[1] // q, q, len(stack))
         for q, stack in zip(sizes, stacks, strict=True)
     ]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

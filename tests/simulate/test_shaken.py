@@ -18,8 +18,9 @@ from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import FACE_NAMES
 from tests.simulate.sensors import ideal
 
-RECTIFICATION = 100.0
-"""mg/g², as consumer parts have."""
+RECTIFICATION = 500.0
+"""mg/g², five times that of consumer parts: what of a vibration is left in the mean of a hold, up to
+0.3 mg, is then a tenth of its rectification."""
 NOISE = 1.5e-3
 """White noise of the accelerometer, m/s²/√Hz."""
 LONGEST = 900.0
@@ -69,7 +70,7 @@ def test_every_third_pose_is_taken_from_a_shaking_support_and_errs_by_its_mean_s
     expected = RECTIFICATION * square / STANDARD_GRAVITY**2 * mean.sum(axis=1) / size
     slope = (error @ expected) / (expected @ expected)
     assert slope == pytest.approx(1.0, abs=0.15)
-    assert np.abs(expected).max() > 0.5
+    assert np.abs(expected).max() > 2.5
 
 
 @pytest.mark.parametrize(
