@@ -19,8 +19,8 @@ from imucal_wizard.simulate.scripts import FACE_NAMES
 from tests.simulate.sensors import ideal
 
 RECTIFICATION = 500.0
-"""mg/g², five times that of consumer parts: what of a vibration is left in the mean of a hold, up to
-0.3 mg, is then a tenth of its rectification."""
+"""mg/g², five times that of consumer parts: what the mean of a hold keeps of a vibration, up to
+0.3 mg, is then a tenth of the rectification."""
 NOISE = 1.5e-3
 """White noise of the accelerometer, m/s²/√Hz."""
 LONGEST = 900.0
