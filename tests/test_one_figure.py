@@ -62,7 +62,14 @@ class Told:
     saved: dict[str, Sensor]
 
 
-@pytest.fixture(scope="module", params=TOLD_ALIKE)
+LONG = ("noisy", "session-magnetometer")
+"""Recordings that take twice as long as the others, for the studies."""
+RECORDINGS = [
+    pytest.param(name, marks=pytest.mark.study if name in LONG else ()) for name in TOLD_ALIKE
+]
+
+
+@pytest.fixture(scope="module", params=RECORDINGS)
 def told(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Told:
     """What the Python interface and the commands tell; real recordings only where they are."""
     case, folder = CASES[request.param], tmp_path_factory.mktemp("told")

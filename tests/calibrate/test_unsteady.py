@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from imucal_wizard.core.quaternions import rotation_matrix
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, join_readings
@@ -90,6 +91,7 @@ def off(seed: int, trembling: bool) -> FloatArray:
     )
 
 
+@pytest.mark.study
 def test_a_hand_that_trembles_a_while_spoils_little() -> None:
     """A sixth of the holds lost doubles the error; taken as good ones they make it ninefold."""
     calm, shaken = (
@@ -99,6 +101,7 @@ def test_a_hand_that_trembles_a_while_spoils_little() -> None:
     assert shaken < 4.0 * calm
 
 
+@pytest.mark.study
 def test_its_standard_errors_are_true() -> None:
     """Of the gains; the biases are means over the session, which wander from what was simulated."""
     errors, biases = [], []

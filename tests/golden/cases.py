@@ -61,8 +61,9 @@ CASES = {
     ),
     "second-order": Case(
         ("second-order.csv",),
-        (FIT, AUTO),
+        (FIT,),
         "simulate --rate 25 --seed 14 --poses 26+repeats --hidden second-order:5:y; no gyroscope",
+        study=(AUTO,),
     ),
     "bias-temperature": Case(
         ("bias-temperature.csv",),
