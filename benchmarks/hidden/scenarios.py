@@ -53,15 +53,19 @@ class Scenario:
 def hidden_effect(
     term: str, times: float, sizes: Sizes, rng: np.random.Generator, axis: int | None = None
 ) -> Hidden:
-    """An effect on an axis and with a sign by chance, at a multiple of its nameable size."""
+    """An effect on an axis and with a sign by chance, at a multiple of its nameable size.
+
+    One that the program names at no size has the largest that is hidden.
+    """
     parameters = known_effect(term).parameters(ACCELEROMETER)
-    typical = [one.typical for one in parameters]
-    visible = np.flatnonzero(sizes[term] < LARGEST * np.array(typical))
+    largest = LARGEST * np.array([one.typical for one in parameters])
+    nameable = np.where(np.isfinite(sizes[term]), sizes[term], largest)
+    visible = np.flatnonzero(nameable < largest)
     if not len(visible):
-        visible = np.array([np.argmin(sizes[term])])
+        visible = np.array([np.argmin(nameable)])
     place = int(rng.choice(visible)) if axis is None else axis
     axes = tuple("xyz".index(letter) for letter in parameters[place].name)
-    size = times * float(sizes[term][place])
+    size = times * float(nameable[place])
     return Hidden(ACCELEROMETER, term, size * float(rng.choice((-1.0, 1.0))), axes)
 
 
