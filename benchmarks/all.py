@@ -14,6 +14,7 @@ NAMES = (
     "fit_with_effects",
     "bench_speed",
     "q_experiments",
+    "rate_table",
     "coverage",
     "magnetometer",
 )

@@ -11,7 +11,8 @@ finds, and judges. Two shares are printed with their 95 % intervals (Clopper and
   rms over the holds of more than three times the noise of a hold's mean, those called complete.
 
     --recordings   of each row
-    --seed         looked at while the test was made: 1, 3, 40 and 41; the stored table is of 43
+    --seed         looked at while the test was made: 1, 3, 40, 41, 43 and 4401; the stored
+                   tables are of 2611 and 2614
 """
 
 import argparse
@@ -83,7 +84,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--recordings", type=int, default=60)
-    parser.add_argument("--seed", type=int, default=43)
+    parser.add_argument("--seed", type=int, default=2614)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--plan", action="append", choices=sorted(PLANS))
     asked = parser.parse_args()

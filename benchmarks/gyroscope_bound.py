@@ -25,12 +25,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation as Attitude
 
 from benchmarks.hold_sessions import STEP, Noise, wander
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.blocks import BlockCutter
+from imucal_wizard.measurement.holds import Hold, Rotation, hold_from
 from imucal_wizard.simulate.sensor import Thermal
 from tests.estimate.truth import (
     EIGHTEEN,
@@ -74,6 +75,7 @@ class Device:
         scatter: offset of the accelerometer from hold to hold, mg.
         jitter: the same of the gyroscope, °/s.
         flicker: Allan deviation at 10 s of the gyroscope's wandering bias, °/s.
+        rest: a long rest after all, s.
     """
 
     name: str
@@ -87,6 +89,7 @@ class Device:
     scatter: float = 0.0
     jitter: float = 0.0
     flicker: float = 0.0
+    rest: float = 0.0
 
 
 _EIGHT = EIGHTEEN[[0, 6, 1, 2, 13, 3, 4, 5]]
@@ -103,6 +106,7 @@ DEVICES = (
     Device("26 poses, 12 turns, 0.004 °/s per hold", TWENTY_SIX, 12, 150, 1.0, jitter=0.004),
     Device("18 poses, 12 turns, flicker 5 °/h", EIGHTEEN, 12, 150, 1.0, flicker=0.0015),
     Device("26 poses, 12 turns, flicker 20 °/h", TWENTY_SIX, 12, 150, 1.0, flicker=0.006),
+    Device("18 poses, flicker 20 °/h, 2 min rest", EIGHTEEN, 12, 150, 1.0, flicker=0.006, rest=120),
     Device("6 directions, each 5 times, 1 mg", np.tile(SIX, (5, 1)), 0, 150, 1.0, drawn=True),
     Device("8 directions, each 4 times, 1 mg", np.tile(_EIGHT, (4, 1)), 0, 150, 1.0, drawn=True),
 )
@@ -153,7 +157,24 @@ class Session:
     @property
     def seconds(self) -> float:
         """Length of the session, s."""
-        return float(self._starts[-1] + self.device.samples / RATE)
+        return float(self._starts[-1] + self.device.samples / RATE + self._rest)
+
+    @property
+    def _rest(self) -> float:
+        """What the long rest makes the session longer, s."""
+        return MOVED + self.device.rest if self.device.rest else 0.0
+
+    def rested(self, rng: np.random.Generator, slow: FloatArray) -> tuple[Hold, Readings]:
+        """The long rest after all, in the last direction, and its samples."""
+        device, end = self.device, self.seconds
+        time = np.arange(end - device.rest, end - 0.5 / RATE, 1.0 / RATE)
+        force = self.accelerometer.sensitivity @ (GRAVITY * self.up[-1]) + self.accelerometer.bias
+        noise = rng.standard_normal((2, len(time), 3))
+        forces = force + 1e-3 * device.force * GRAVITY * noise[0]
+        wandering = slow[np.minimum((time / STEP).astype(int), len(slow) - 1)]
+        rates = self.gyroscope.bias + wandering + np.radians(device.rate) * noise[1]
+        readings = Readings(Series(time, forces, "m/s^2"), Series(time, rates, "rad/s"))
+        return hold_from(BlockCutter(RATE).feed(readings)), readings
 
     def wandering(self, rng: np.random.Generator) -> FloatArray:
         """The wandering of the gyroscope's bias, rad/s, every ``STEP`` seconds, shape (m, 3)."""
@@ -452,8 +473,12 @@ def studied(device: Device, sessions: int, seed: int) -> Outcome:
             session.accelerometer = usual_accelerometer(rng)
         slow = session.wandering(rng) if device.flicker else None
         holds, rotations = session.recorded(rng, slow=slow)
-        known = fit_accelerometer(holds, GRAVITY, "m/s^2")
-        found = fitted(holds, rotations, known)
+        readings = None
+        if slow is not None and device.rest:
+            rest, readings = session.rested(rng, slow)
+            holds.append(rest)
+        known = fit_accelerometer(holds, GRAVITY, "m/s^2", readings=readings)
+        found = fitted(holds, rotations, known, readings)
         own = {one.name: one for one in found.parameters}
         off = np.array([own[name].value for name in NAMES]) - truth
         if slow is not None:
@@ -474,11 +499,14 @@ def studied(device: Device, sessions: int, seed: int) -> Outcome:
 
 
 def fitted(
-    holds: list[Hold], rotations: list[Rotation], known: SensorFit | None = None
+    holds: list[Hold],
+    rotations: list[Rotation],
+    known: SensorFit | None = None,
+    readings: Readings | None = None,
 ) -> SensorFit:
     """The gyroscope by the whole way from the holds."""
     known = known or fit_accelerometer(holds, GRAVITY, "m/s^2")
-    fit = fit_gyroscope(holds, rotations, known, "rad/s").fit
+    fit = fit_gyroscope(holds, rotations, known, "rad/s", readings=readings).fit
     if fit is None:
         raise SystemExit("a simulated gyroscope was not fitted")
     return fit

@@ -1,7 +1,8 @@
 """Which recordings are refused, and what settling in the holds costs.
 
 ``python -m benchmarks.holds slow [N [SEED]]``: recordings of a device that is waved slowly, with
-and without a gyroscope, and honest sessions on a table and in the hand.
+and without a gyroscope, in a file and in the wizard with its widest limits, and honest sessions on
+a table and in the hand.
 
 ``python -m benchmarks.holds settling [N]``: the scatter of the accelerometer's parameters with
 settling in the holds and without it, with the settling left out and with all samples averaged.
@@ -16,6 +17,7 @@ from benchmarks.hand_motion import (
     POSES,
     Device,
     G,
+    Motion,
     drawn_device,
     placed,
     recorded,
@@ -26,11 +28,14 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.guide.plan import Procedure, standard
+from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, hold_at_rest, hold_from
 
 FRESH = 10_000
-"""Seeds from here on were never used to choose a limit."""
+"""Seeds from here on were never used to choose a limit, but for the first twelve, which chose
+``MIN_SLOW_MOMENT``."""
 
 
 def slow_motion(seed: int, *, gyroscope: bool) -> Readings:
@@ -54,6 +59,45 @@ def honest(seed: int) -> tuple[Readings, int]:
     return recorded(motion, device, rng), rests
 
 
+def taken_in_wizard(seed: int, *, gyroscope: bool) -> tuple[int, float]:
+    """Holds that the wizard takes of a slow motion, its limits of rest as wide as they go.
+
+    The device rests for seven seconds, in which the wizard measures its noise, and is then waved.
+
+    Returns:
+        How many, and the largest angle by which gravity's direction turns in one of them, degrees.
+    """
+    rng = np.random.default_rng([seed, 3])
+    device = drawn_device(rng, gyroscope=gyroscope)
+    still = placed(device, rng, first=7.0)
+    count, rate = round(7.0 * device.rate), device.rate
+    speed, tremor = rng.uniform(5.0, 20.0), float(rng.choice([0.0, 2.0, 10.0, 20.0]))
+    slow = trembling(waved(120.0, speed, rate, rng), tremor, rng)
+    motion = Motion(
+        np.arange(count + len(slow.time)) / rate,
+        slow.attitude,
+        np.concatenate([still.force[:count], slow.force]),
+        np.concatenate([still.rate[:count], slow.rate]),
+        np.concatenate([still.resting[:count], slow.resting]),
+    )
+    readings = recorded(motion, device, rng)
+    steps = Procedure(standard(6, settle_seconds=4.0).steps, led=False)
+    machine = StateMachine(steps, rate=rate)
+    machine.command("start")
+    for first in range(0, len(readings), round(rate)):
+        machine.feed(readings.inertial_part(first, first + round(rate)))
+        machine.command("loosen")
+    turned = []
+    for hold in machine.collected().holds:
+        if hold.start > 7.0:
+            part = motion.force[round(hold.start * rate) : round(hold.end * rate)]
+            up = part / np.linalg.norm(part, axis=1)[:, None]
+            turned.append(
+                float(np.degrees(2.0 * np.arccos(np.clip(up @ up.mean(axis=0), -1, 1)).max()))
+            )
+    return len(turned), max(turned, default=0.0)
+
+
 def accepted(readings: Readings) -> int:
     """Holds of the calibration; 0 if it is refused."""
     try:
@@ -69,6 +113,12 @@ def slow(count: int, first: int = FRESH) -> None:
         taken = sum(accepted(slow_motion(seed, gyroscope=gyroscope)) > 0 for seed in seeds)
         named = "with" if gyroscope else "without"
         print(f"waved slowly, {named} gyroscope: {taken} of {count} accepted (required: 0)")
+        live = [taken_in_wizard(seed, gyroscope=gyroscope) for seed in seeds]
+        some, most = sum(taken > 0 for taken, _ in live), max(turn for _, turn in live)
+        print(
+            f"  the wizard, limits loosened as far as they go, takes a hold in {some} (required: 0)"
+        )
+        print(f"  {sum(taken for taken, _ in live)} holds, which turn by {most:.1f}° at most")
     kept: Counter[str] = Counter()
     for seed in seeds:
         readings, rests = honest(seed)

@@ -2,30 +2,33 @@
 
 In a session with nothing hidden the program says from which size it would see an effect (95 of 100
 recordings, at one false alarm in a hundred of sensors that lack nothing) and from which it would
-name the family (90 of 100). Other effects of the same term are hidden in that very session, at 0.5
-to 1.5 times each of the two sizes, by the simulator, which shares no formula with the fit; the
-program judges, and the share of recordings in which it sees (some suspect has p ≤ 0.01) or names is
-fitted with a normal distribution over the size. Where that reaches 95 or 90 per cent is the size
-that is found; the table has said over found with its 90 % interval, uniform priors on the middle
-and on the logarithm of the width of the distribution.
+name the family (90 of 100). The effect is hidden in that very session by the simulator, which
+shares no formula with the fit; the program judges, and halving intervals, the size from which it
+sees (some suspect has p ≤ 0.01) or names is found between two tries, the first at the size told.
+A normal distribution is fitted to these sizes, in units of those told. Where it reaches 95 or 90
+per cent is the size that is found; the table has told over found with its 90 % interval, uniform
+priors on the middle and on the logarithm of the width of the distribution, and in how many sessions
+the program saw and named at the size told itself. The last line counts the rows whose ratio is
+within 20 %.
 
     --sensor       accelerometer (hold means, as in ``hidden_effects``), gyroscope (raw recordings
                    through the whole program) or magnetometer (as in ``hidden_magnetometer``)
     --design       18 or 26+12 poses
-    --recordings   of each effect and kind of size
+    --recordings   sessions of each effect
     --seed         of the first; other seeds give other recordings
     --only         part of an effect's name; --colour of the accelerometer's noise
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache, partial
 
 import numpy as np
-from scipy.special import log_ndtr
+from scipy.special import ndtr
 
+from benchmarks.complete import interval
 from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import COLOURS
@@ -41,7 +44,7 @@ from benchmarks.measure import machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
-from imucal_wizard.diagnose.significance import Chances
+from imucal_wizard.diagnose.significance import SEEN_P, Chances
 from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import judge_misfit
 from imucal_wizard.estimate.fit import fit
@@ -52,8 +55,12 @@ from imucal_wizard.simulate.hidden import Hidden
 SEEN, NAMED = "seen", "named"
 DEVIATES = {SEEN: 1.645, NAMED: 1.282}
 """Normal deviates of the shares of recordings that the sizes are told for."""
-FACTORS = (0.5, 1.5)
-"""Sizes hidden, in units of the size told."""
+STEP = 1.5
+"""Factor from the size told to the second size tried."""
+TRIES = 3
+"""Sizes tried in a session, at each of the two sizes told."""
+RIGHT_SIZE = 1.2
+"""Told over found, or found over told, up to which a size is right."""
 GRADE = "consumer"
 """Of the gyroscope."""
 
@@ -77,20 +84,20 @@ class Told:
 
 
 @dataclass(frozen=True)
-class Trial:
-    """One recording with an effect.
+class Threshold:
+    """From which size an effect is seen or named in one session, in units of the size told.
 
     Attributes:
         what: ``seen`` or ``named``.
-        factor: its size over the size told.
-        so: whether it was seen or named.
-        wrong: whether another family was named.
+        low: largest size tried at which it is not; 0 without any.
+        high: smallest size tried at which it is; infinite without any.
+        wrong: whether another family was named at any size tried.
     """
 
     what: str
-    factor: float
-    so: bool
-    wrong: bool
+    low: float
+    high: float
+    wrong: bool = False
 
 
 @cache
@@ -128,7 +135,7 @@ def said(asked: Asked, hidden: Hidden, setting: float | None, seed: int) -> tupl
         if bench is None:
             return False, []
         found = bench.look()
-        return found.p <= 0.01, list(found.opinion.families)
+        return found.p <= SEEN_P, list(found.opinion.families)
     if asked.sensor == ACCELEROMETER:
         plan, colour, rng = (
             PLANS[asked.design],
@@ -148,21 +155,19 @@ def _judged(misfit: WhitenedResiduals, chances: Chances) -> tuple[bool, list[str
     hypotheses = hypothesis_set(misfit)
     posterior = hypotheses.posterior(misfit.residual)
     suspects = rank(misfit, hypotheses, posterior, chances)
-    return suspects[0].p <= 0.01, list(judge_misfit(misfit, hypotheses, posterior).families)
+    return suspects[0].p <= SEEN_P, list(judge_misfit(misfit, hypotheses, posterior).families)
 
 
-def trials(asked: Asked, term: str, seed: int, number: int, factor: float) -> list[Trial]:
-    """The recordings of one session: near the size seen, and near the size named.
+def thresholds(asked: Asked, term: str, seed: int, number: int) -> list[Threshold]:
+    """From which size an effect is seen in one session, and from which its family is named.
 
     Args:
         asked: what is studied.
         term: the effect.
         seed: of the study.
         number: of this session.
-        factor: sizes hidden over the sizes told.
     """
     own = int(np.random.default_rng([seed, number, *map(ord, asked.sensor + term)]).integers(2**31))
-    rng = np.random.default_rng([own, 1])
     sizes = told(asked, term, own)
     if sizes is None:
         return []
@@ -173,25 +178,53 @@ def trials(asked: Asked, term: str, seed: int, number: int, factor: float) -> li
         usual = np.where(each < LARGEST * typical, each, np.inf)
         if not np.isfinite(usual).any():
             continue
-        hidden = hidden_in(asked.sensor, term, factor, usual, rng)
-        seen, families = said(asked, hidden, sizes.setting, own)
-        so = seen if what == SEEN else families == [family]
-        made.append(Trial(what, factor, so, bool({*families} - {family})))
+        wrong: list[bool] = []
+
+        def met(
+            factor: float,
+            what: str = what,
+            usual: FloatArray = usual,
+            wrong: list[bool] = wrong,
+        ) -> bool:
+            rng = np.random.default_rng([own, 1])
+            hidden = hidden_in(asked.sensor, term, factor, usual, rng)
+            seen, families = said(asked, hidden, sizes.setting, own)
+            wrong.append(bool({*families} - {family}))
+            return seen if what == SEEN else families == [family]
+
+        made.append(Threshold(what, *enclosed(met), any(wrong)))
     return made
 
 
-def told_over_found(each: Sequence[Trial], deviate: float) -> tuple[float, float, float]:
+def enclosed(met: Callable[[float], bool]) -> tuple[float, float]:
+    """The largest factor tried at which a rule is not met, and the smallest at which it is.
+
+    The first one tried is 1. Zero where it is met at all of them, infinite where at none.
+    """
+    low, high, factor = 0.0, np.inf, 1.0
+    for _ in range(TRIES):
+        if met(factor):
+            high = factor
+        else:
+            low = factor
+        inside = low > 0.0 and high < np.inf
+        factor = float(np.sqrt(low * high)) if inside else low * STEP or high / STEP
+    return low, high
+
+
+def told_over_found(each: Sequence[Threshold], deviate: float) -> tuple[float, float, float]:
     """Size told over the size found: the median and the ends of its 90 % interval."""
-    factor, so = np.array([one.factor for one in each]), np.array([one.so for one in each])
-    middle, width = np.meshgrid(np.linspace(0.1, 3.0, 291), np.geomspace(0.03, 0.8, 60))
-    at = (factor[:, None, None] - middle) / width
-    likely = np.where(so[:, None, None], log_ndtr(at), log_ndtr(-at)).sum(axis=0)
+    low, high = np.array([one.low for one in each]), np.array([one.high for one in each])
+    middle, width = np.meshgrid(np.linspace(0.1, 3.0, 146), np.geomspace(0.03, 0.8, 40))
+    ends = [(one[:, None, None] - middle) / width for one in (low, high)]
+    share = ndtr(ends[1]) - ndtr(ends[0])
+    likely = np.log(np.maximum(share, 1e-12)).sum(axis=0)
     weight = np.exp(likely - likely.max()).ravel()
     found = (middle + deviate * width).ravel()
     order = np.argsort(found)
     total = np.cumsum(weight[order])
-    ends = [float(found[order][np.searchsorted(total, q * total[-1])]) for q in (0.5, 0.95, 0.05)]
-    return 1.0 / ends[0], 1.0 / ends[1], 1.0 / ends[2]
+    sizes = [float(found[order][np.searchsorted(total, q * total[-1])]) for q in (0.5, 0.95, 0.05)]
+    return 1.0 / sizes[0], 1.0 / sizes[1], 1.0 / sizes[2]
 
 
 def terms_of(sensor: str) -> list[str]:
@@ -199,17 +232,19 @@ def terms_of(sensor: str) -> list[str]:
     return [one.name for one in effects_for(sensor) if one.name not in {*NEVER, ALIGNED}]
 
 
-def line(name: str, each: Sequence[Trial]) -> str:
-    """One row of the table."""
-    row = f"{name:<28}"
+def line(name: str, each: Sequence[Threshold]) -> tuple[str, int, int]:
+    """One row of the table, how many of its sizes are right, and how many it has."""
+    row, right, count = f"{name:<26}", 0, 0
     for what, deviate in DEVIATES.items():
         own = [one for one in each if one.what == what]
         if not own:
-            row += f"{what + ' at no size':>26}"
+            row += f"{what + ' at no size':>31}"
             continue
         ratio, low, high = told_over_found(own, deviate)
-        row += f"{f'{ratio:.2f} [{low:.2f}, {high:.2f}]':>22}{len(own):4d}"
-    return f"{row}{sum(one.wrong for one in each):7d}"
+        met = sum(one.low < 1.0 for one in own)
+        row += f"{f'{ratio:.2f} [{low:.2f}, {high:.2f}]':>22}{f'{met}/{len(own)}':>9}"
+        right, count = right + (1.0 / RIGHT_SIZE <= ratio <= RIGHT_SIZE), count + 1
+    return f"{row}{sum(one.wrong for one in each):6d}", right, count
 
 
 def main() -> None:
@@ -227,20 +262,25 @@ def main() -> None:
     given = parser.parse_args()
     asked = Asked(given.sensor, given.design, given.colour)
     print(machine())
-    print(f"{asked.sensor}, {asked.design} poses: size told over size found [90 %], recordings")
-    print(f"{'hidden':<28}{'seen':>22}{'n':>4}{'named':>22}{'n':>4}{'wrong':>7}")
-    every: list[Trial] = []
+    print(f"{asked.sensor}, {asked.design} poses: size told over size found [90 %], at that told")
+    print(f"{'hidden':<26}{'seen':>22}{'':>9}{'named':>22}{'':>9}{'wrong':>6}")
+    every: list[Threshold] = []
+    right = count = 0
     with ProcessPoolExecutor(given.jobs) as pool:
         for term in terms_of(asked.sensor):
             if given.only and not any(word in term for word in given.only):
                 continue
-            work = partial(trials, asked, term, given.seed)
-            numbers = range(given.recordings)
-            factors = np.linspace(*FACTORS, given.recordings)
-            own = [one for some in pool.map(work, numbers, factors) for one in some]
+            work = partial(thresholds, asked, term, given.seed)
+            own = [one for some in pool.map(work, range(given.recordings)) for one in some]
+            if not own:
+                continue
             every += own
-            print(line(term, own), flush=True)
-    print(line("all", every))
+            row, *counts = line(term, own)
+            right, count = right + counts[0], count + counts[1]
+            print(row, flush=True)
+    print(line("all", every)[0])
+    low, high = interval(right, count)
+    print(f"within 20 %: {right} of {count} sizes [{low:.0f}, {high:.0f}] %")
 
 
 if __name__ == "__main__":

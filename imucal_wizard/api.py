@@ -23,7 +23,6 @@ True
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
@@ -31,6 +30,7 @@ from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
 from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
+from imucal_wizard.core.dates import iso_now
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import (
@@ -45,7 +45,11 @@ if TYPE_CHECKING:  # imported where they are needed: importing is a third of a c
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.diagnose.grade import Limits
+    from imucal_wizard.diagnose.recheck import Recheck
+    from imucal_wizard.guide.steps.recheck import Planner
+    from imucal_wizard.measurement.holds import Hold
     from imucal_wizard.model.effect import Effect
+    from imucal_wizard.report.calibrated_device import CalibratedDevice
     from imucal_wizard.report.calibration_file import Calibration, Sensor
     from imucal_wizard.report.exports import Exported, ExportSettings
     from imucal_wizard.run.review import ReviewedSession
@@ -64,6 +68,8 @@ class Recording:
         paths: recordings of one session, or one session file.
         options: what the files do not say.
         all_samples: treat a session as a plain recording.
+        on_table: a rate table turned the device; see ``read``.
+        planner: has chosen the poses of a session that is a recheck.
 
     Raises:
         InputError: a file cannot be read.
@@ -75,16 +81,19 @@ class Recording:
         options: RecordingOptions | None = None,
         *,
         all_samples: bool = False,
+        on_table: bool = False,
+        planner: "Planner | None" = None,
     ) -> None:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
+        self._on_table, all_samples = on_table, all_samples or on_table
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
         self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()
         if alone and not all_samples:
             from imucal_wizard.run.review import review_session
 
-            self._session = review_session(self.paths[0], self._options)
+            self._session = review_session(self.paths[0], self._options, planner)
         else:
             self._notes = self._corrections()
 
@@ -93,7 +102,7 @@ class Recording:
         sessions = [path for path in self.paths if is_session(path)]
         if not sessions:
             return ()
-        from imucal_wizard.acquire.files.session_file import corrections_note  # SQLite
+        from imucal_wizard.acquire.files.session_salvage import corrections_note  # SQLite
 
         return tuple(text for path in sessions for text in corrections_note(path))
 
@@ -104,8 +113,11 @@ class Recording:
         Raises:
             RecordingError: the files cannot be read.
         """
-        readings = read_files(self.paths, self._options, field_alone=True)
-        return replace(readings, warnings=(*self._notes, *readings.warnings))
+        return replace(self._samples, warnings=(*self._notes, *self._samples.warnings))
+
+    @cached_property
+    def _samples(self) -> Readings:
+        return read_files(self.paths, self._options, field_alone=True, on_table=self._on_table)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -136,6 +148,33 @@ class Recording:
         return samples_during(kept.field_spans, kept.magnetometer)
 
     @property
+    def known(self) -> dict[str, Any]:
+        """What a session tells of its device and measurement; see ``described``."""
+        from imucal_wizard.core.description import Description
+
+        if self._session is None:
+            return {"about": Description()}
+        from imucal_wizard.core.dates import iso_date
+        from imucal_wizard.sessions.session_list import session_info
+
+        info = session_info(self.paths[0])
+        return {
+            "about": info.description,
+            "stream_format": self._session.stream.format,
+            "session": info.path.name,
+            "measured": iso_date(info.created),
+        }
+
+    @cached_property
+    def fingerprint(self) -> str | None:
+        """Of what was recorded; None where it can be read only once, as from a pipe."""
+        if not all(path.is_file() for path in self.paths):
+            return None
+        from imucal_wizard.acquire.files.session_salvage import fingerprint  # SQLite
+
+        return fingerprint(self.paths)
+
+    @property
     def gravity(self) -> float:
         """Local gravity that a session was carried out with, else standard gravity, m/s²."""
         return STANDARD_GRAVITY if self._session is None else self._session.gravity
@@ -155,7 +194,8 @@ class Recording:
         from imucal_wizard.run.review import fit_stream
 
         try:
-            report = fit_stream(session.collected, session.stream, options)
+            kept = session.collected
+            report = fit_stream(kept, session.stream, options, self.behind(kept.holds))
         except DataError as error:
             self._session = None
             note = (
@@ -172,13 +212,35 @@ class Recording:
         )
         return replace(report, warnings=(note, *report.warnings))
 
-    def behind(self, report: FitReport) -> Readings | None:
-        """The samples of a fit; None where a session gives others when it is read again."""
+    def rechecked(self, known: "CalibratedDevice") -> "Recheck":
+        """Whether the device still agrees with its calibration.
+
+        Args:
+            known: the calibration.
+
+        Raises:
+            DataError: the recording is too short, or the device was never at rest.
+            UsageError: its readings have another unit than those of the calibration.
+        """
+        from imucal_wizard.report.calibrated_device import recheck_collected, recheck_readings
+
+        session = self._session
+        if session is not None and session.collected.holds:
+            kept, seconds = session.collected, session.seconds
+            readings = self.behind(kept.holds)
+            return recheck_collected(known, kept, session.stream, seconds, readings)
+        if session is not None:
+            self._session = None
+            self._notes = ("the wizard kept no hold: all samples are used", *self._corrections())
+        return recheck_readings(known, self.readings)
+
+    def behind(self, holds: "Sequence[Hold]") -> Readings | None:
+        """The samples of these holds; None where a session gives others when it is read again."""
         if self._session is None:
             return self.readings
         from imucal_wizard.sessions.stored_readings import made_of
 
-        return self.readings if made_of(self.readings, report.holds) else None
+        return self._samples if made_of(self._samples, holds) else None
 
 
 class Fit:
@@ -222,7 +284,8 @@ class Fit:
         """
         from imucal_wizard.diagnose.benches import Benches
 
-        return Benches(self.report, self.recording.behind(self.report), self._base, self._own)
+        readings = self.recording.behind(self.report.holds)
+        return Benches(self.report, readings, self._base, self._own)
 
     def add(self, terms: Mapping[str, Sequence[str]]) -> None:
         """Add effects to the models.
@@ -244,11 +307,11 @@ class Fit:
     @property
     def calibration(self) -> "Calibration":
         """The result as it is saved, with the terms that were added."""
-        from imucal_wizard.report.calibration_file import from_report
+        from imucal_wizard.report.calibration_record import described, from_report
 
         source = ", ".join(path.name for path in self.recording.paths)
-        now = datetime.now().astimezone().isoformat(timespec="seconds")
-        return from_report(self._fitted, source, now)
+        made = from_report(self._fitted, source, iso_now())
+        return described(made, **self.recording.known, fingerprint=self.recording.fingerprint)
 
     @property
     def _fitted(self) -> FitReport:
@@ -264,7 +327,7 @@ class Fit:
             diagnosis: of the sensors, as ``diagnose`` gives it.
             limits: of use, by sensor, in m/s², rad and µT; the usual ones when left out.
         """
-        from imucal_wizard.report.calibration_file import judged
+        from imucal_wizard.report.calibration_record import judged
 
         return judged(self.calibration, self._fitted, diagnosis, limits)
 
@@ -277,7 +340,7 @@ class Fit:
             diagnosis: of the sensors, as ``diagnose`` gives it; empty for no verdicts.
             limits: of use, see ``judged``.
         """
-        from imucal_wizard.report.calibration_file import sensor_records
+        from imucal_wizard.report.calibration_record import sensor_records
 
         return sensor_records(self._fitted, diagnosis, limits)
 
@@ -301,6 +364,7 @@ def read(
     units: Mapping[str, str] | None = None,
     format: str | None = None,  # noqa: A002 - the word that the command line uses, too
     all_samples: bool = False,
+    on_table: bool = False,
 ) -> Recording:
     """Read a recording: one file, several files of one session, or a session of the wizard.
 
@@ -312,6 +376,8 @@ def read(
             "deg/s"}``.
         format: name of the file format where the content does not tell it, like ``imu_tk``.
         all_samples: of a session: use everything received, also what was taken back.
+        on_table: a rate table turned the device: a gyroscope alone is sufficient, and files that
+            hold the same sensor follow one another in time.
 
     Raises:
         InputError: a file cannot be read.
@@ -326,7 +392,8 @@ def read(
         magnetometer_unit=given.get("magnetometer"),
         as_format=format,
     )
-    return Recording([Path(file) for file in files], options, all_samples=all_samples)
+    paths = [Path(file) for file in files]
+    return Recording(paths, options, all_samples=all_samples, on_table=on_table)
 
 
 def calibrate(
@@ -336,6 +403,8 @@ def calibrate(
     gravity: float | None = None,
     field: float | None = None,
     methods: Mapping[str, str] | None = None,
+    rates: Sequence[float] = (),
+    turns: Sequence[float] = (),
 ) -> Fit:
     """Find the holds and rotations of a recording and fit every sensor.
 
@@ -347,6 +416,9 @@ def calibrate(
         field: magnitude of the local magnetic field, µT; without it the magnetometer's matrix has
             determinant 1.
         methods: the method by sensor, where it is not the default.
+        rates: constant rates of the rate table that turned the gyroscope in a recording read with
+            ``on_table``, rad/s; signs do not matter.
+        turns: angles by which a turntable turned it between rests, rad; likewise.
 
     Raises:
         DataError: the data do not determine a calibration, or cannot show a term.
@@ -361,6 +433,8 @@ def calibrate(
         chosen.get("gyroscope", FitOptions.gyroscope_method),
         chosen.get("magnetometer", FitOptions.magnetometer_method),
         field,
+        tuple(abs(rate) for rate in rates),
+        tuple(abs(angle) for angle in turns),
     )
     fit = Fit(recording, options)
     _ = fit.report  # what the data cannot determine is refused here

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -10,22 +11,31 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.cli import fit
+from imucal_wizard.core import VERSION
 from imucal_wizard.core.output import without_control_characters
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.run.faults import hide_tracebacks, tell_faults
+from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.session_replay import begin_session
+from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.run import BenchApp
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
+from tests.tui.bench_steps import nowhere
+from tests.waiting import wait_for
 
 
-def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
+def test_a_fault_of_the_program_is_one_line_and_a_file_without_readings(tmp_path: Path) -> None:
     code = (
-        "from imucal_wizard.run.faults import hide_tracebacks; hide_tracebacks(); {}['never there']"
+        "from imucal_wizard.run.faults import hide_tracebacks, remember\n"
+        "hide_tracebacks(['--key'])\n"
+        "remember('hold_taken'); {}['never there, 9.80665 and 123456']"
     )
     home = {"HOME": str(tmp_path), "XDG_STATE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path)}
     done = subprocess.run(
-        [sys.executable, "-c", code],
+        [sys.executable, "-c", code, "--port", "COM3", "--key", "newton"],
         capture_output=True,
         text=True,
         env={**os.environ, **home},
@@ -36,7 +46,42 @@ def test_a_fault_of_the_program_is_one_line_and_a_file(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
     assert "has a fault (KeyError" in done.stderr
     (report,) = tmp_path.rglob("fault-*.txt")
-    assert "never there" in report.read_text()
+    assert str(report) in done.stderr
+    text = report.read_text()
+    for told in ("never there, # and #", "hold_taken", "options: --port COM3 --key …", VERSION):
+        assert told in text
+    for kept in ("9.80665", "123456", "newton"):
+        assert kept not in text
+        assert kept not in done.stderr
+
+
+def test_a_fault_of_the_reading_thread_closes_the_session_and_is_told_at_the_end(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setattr(threading, "excepthook", threading.excepthook)
+    monkeypatch.setattr(sys, "excepthook", sys.excepthook)
+    hide_tracebacks()
+    imu = VirtualImu(seed=1, speed=1000.0)
+    read = imu.read
+
+    def broken(timeout: float = 0.05) -> bytes:
+        if place.exists() and reader.snapshot().stream.samples > 100:
+            raise KeyError("never there")
+        return read(timeout)
+
+    monkeypatch.setattr(imu, "read", broken)
+    place = tmp_path / "sessions" / "a.imucal"
+    reader = Reader(imu, begin_session(place))
+    reader.start()
+    wait_for(lambda: reader.finished and not reader._running)
+    assert "because of a fault" in reader.snapshot().stream.problem
+    assert [one.name for one in place.parent.iterdir()] == [place.name]  # closed
+    wait_for(lambda: any((tmp_path / "state").rglob("fault-*.txt")))
+    tell_faults()
+    (report,) = (tmp_path / "state").rglob("fault-*.txt")
+    assert str(report) in capfd.readouterr().err
 
 
 def wizard() -> WizardApp:
@@ -55,7 +100,7 @@ def bench() -> BenchApp:
     def broken() -> Benches:
         raise KeyError("never there")
 
-    return BenchApp(broken)
+    return BenchApp(broken, nowhere)
 
 
 @pytest.mark.parametrize("make", [wizard, bench])

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -27,10 +28,13 @@ KEYS = r"\b(press|hit|key) [`'\"]?([A-Za-z?]|enter|space|tab|esc(ape)?)[`'\"]?(?
 FLAGS = r"(?<![\w-])--[a-z][a-z-]+"
 
 
-def modules() -> Iterator[tuple[str, ast.Module]]:
+@cache
+def modules() -> list[tuple[str, ast.Module]]:
     """Path inside the package and syntax tree of every module."""
-    for path in sorted(PACKAGE.rglob("*.py")):
-        yield path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text())
+    return [
+        (path.relative_to(PACKAGE).as_posix(), ast.parse(path.read_text()))
+        for path in sorted(PACKAGE.rglob("*.py"))
+    ]
 
 
 def repeated(names: Iterator[tuple[str, str]]) -> dict[str, list[str]]:

@@ -1,18 +1,22 @@
 """One fit: every command, screen and file tells the same figures of the same data and model."""
 
+import functools
 import json
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from rich.console import Console
+from scipy.signal import butter, sosfilt
 
 import imucal_wizard as iw
-from imucal_wizard.cli.arguments import recording_of
 from imucal_wizard.cli.fit import parser
 from imucal_wizard.cli.main import main
+from imucal_wizard.cli.outcome import recording_of
 from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.quantities import quantity, readable
 from imucal_wizard.core.readings import Readings
@@ -20,9 +24,14 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.recording import FitOptions
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.report.calibration_file import Sensor
+from imucal_wizard.run.review import fit_stream
+from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.panels.report import fit_summary
+from imucal_wizard.tui.services import WizardServices
+from tests.cli.kept_sessions import printed, sat
 from tests.golden.cases import ALIKE_COMMANDS, CASES, EXPECTED, TOLD_ALIKE, located
 from tests.golden.figures import differences, figures
 
@@ -62,7 +71,7 @@ class Told:
     saved: dict[str, Sensor]
 
 
-LONG = ("noisy", "session-magnetometer")
+LONG = ("counts", "magnetometer", "noisy", "session-magnetometer", "session-whole")
 """Recordings that take twice as long as the others, for the studies."""
 RECORDINGS = [
     pytest.param(name, marks=pytest.mark.study if name in LONG else ()) for name in TOLD_ALIKE
@@ -206,3 +215,43 @@ def test_nothing_beside_a_verdict_contradicts_it(told: Told) -> None:
             if odd is not None:
                 assert ("".join(odd[1:].split()) in flat) == (one.verdict is Verdict.UNEXPLAINED)
         assert f"{'✓' if one.settled else '▲'} {name}:" in screen(told)
+
+
+@functools.cache
+def restless() -> bytes:
+    """A device that rests for 80 s, whose hand trembles, and whose gyroscope filters its noise.
+
+    Its samples show more than its holds: slow noise in the long rest, what the filter passes.
+    """
+    rng, rate = np.random.default_rng(5), 25.0
+    lines = printed().decode().splitlines()
+    header, rows = lines[1], np.array([line.split(",") for line in lines[2:]], float)
+    rest = rng.permutation(np.repeat(rows[: int(18.0 * rate)], 4, axis=0)[: int(60.0 * rate)])
+    rows = np.concatenate([rest, rows])
+    rows[:, 0] = np.arange(len(rows)) / rate
+    turning = np.linalg.norm(rows[:, 4:7], axis=1) > 0.3
+    low = butter(2, 0.6, output="sos")
+    noise = sosfilt(low, rng.standard_normal((len(rows), 3)), axis=0)
+    rows[:, 4:7] += np.where(turning[:, None], 0.2, 2e-3) * noise
+    text = "\n".join(",".join(f"{value:.6f}" for value in row) for row in rows)
+    return f"{lines[0]}\n{header}\n{text}\n".encode()
+
+
+def test_the_wizard_tells_what_fit_and_bench_tell_of_its_session(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    engine = sat(path, data=restless())
+    services = WizardServices(WizardOptions())
+    services.sources.watched = path
+    collected, snapshot = engine.collected(), engine.snapshot()
+    report = services.fit(collected, snapshot)
+    benches = services.benches(report, None)
+    told = iw.calibrate(iw.read(path))
+    blind = fit_stream(collected, snapshot.stream, FitOptions()).sensors
+    for name, fit in report.sensors.items():
+        bench = benches.bench(name)
+        assert bench is not None
+        for other in (told.report.sensors[name], bench.ladder[0], bench.fit):
+            assert [getattr(other, key) for key in FIGURES] == [getattr(fit, k) for k in FIGURES]
+        for other in (told.report.sensors[name], bench.fit):
+            assert other.parameters == fit.parameters
+        assert blind[name].parameters != fit.parameters  # the samples matter here

@@ -11,23 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import session_file
 from imucal_wizard.core.errors import SessionError, SessionTakenError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
-from imucal_wizard.sessions import Command, KeptSession, Session, list_sessions, new_session_path
-
-
-class Clock:
-    """A clock that goes when it is told to."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def __call__(self) -> float:
-        """The time it was set to."""
-        return self.now
+from imucal_wizard.sessions import Command, KeptSession, Session, new_session_path
+from tests.cli.kept_sessions import listed
 
 
 def _hold(start: float, pose: str) -> Hold:
@@ -71,18 +60,6 @@ def test_what_is_written_after_opening_again_goes_on_where_it_ended(tmp_path: Pa
         assert [data for _, _, data in session.raw()] == [b"one", b"two"]
 
 
-def test_bytes_are_on_disk_half_a_second_after_they_came(tmp_path: Path) -> None:
-    clock = Clock()
-    path = tmp_path / "a.imucal"
-    session = Session.create(path, {}, clock=clock)
-    session.write_raw(0.0, b"first")
-    assert _on_disk(path, "raw") == 0
-    clock.now = 0.5
-    session.commit_when_due()
-    assert _on_disk(path, "raw") == 1
-    session.close()
-
-
 _WRITER = """
 import sys
 from pathlib import Path
@@ -93,6 +70,7 @@ while True:
     number += 1
     session.write_raw(number / 100, b"line %d\\n" % number)
     if number % 1000 == 0:
+        session.commit()
         print(number, flush=True)
 """
 
@@ -140,6 +118,25 @@ def test_holds_and_rotations_are_written_when_finished_and_forgotten_when_undone
         ]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be removed there")
+@pytest.mark.parametrize("ending", ["", "-wal"])
+def test_a_session_that_is_removed_while_it_is_written_is_told_and_can_be_copied(
+    tmp_path: Path, ending: str
+) -> None:
+    path, other = tmp_path / "a.imucal", tmp_path / "b.imucal"
+    session = Session.create(path, {})
+    session.write_raw(0.25, b"1,2,3\n")
+    session.commit()
+    path.with_name(path.name + ending).unlink()
+    session.write_raw(0.5, b"4,5,6\n")
+    with pytest.raises(SessionError, match="was removed or replaced"):
+        session.commit()
+    session.roll_back()
+    with session.copied(other) as copy:
+        assert [data for _, _, data in copy.raw()] == [b"1,2,3\n", b"4,5,6\n"]
+    session.close()
+
+
 def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     Session.create(path, {}).close()
@@ -154,7 +151,7 @@ def test_a_name_that_no_file_can_have_is_refused_with_the_reason(tmp_path: Path)
     with pytest.raises(SessionError, match="cannot be read"):
         Session.open(path)
     folder = tmp_path / ("a" * 300)
-    assert list_sessions(folder) == []
+    assert listed(folder) == []
     assert new_session_path(folder, dt.datetime.now(dt.UTC)).parent == folder
 
 
@@ -169,11 +166,25 @@ def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
     with Session.create(path, {"source": "x"}) as session:
         session.write_raw(0.0, b"one")
         session.commit()
-        about, pieces = session_file.read_setup_and_pieces(path)
         with KeptSession.look(path) as kept:
             assert (kept.last_raw, kept.commands()) == (1, [])
             assert list(kept.raw()) == [(1, 0.0, b"one")]
-    assert (about["source"], pieces) == ("x", [(0.0, b"one")])
+            assert kept.meta()["source"] == "x"
+
+
+def test_a_session_in_a_folder_that_cannot_be_written_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its log would need a file beside it; without rows in the log it can be read as it is."""
+    path = tmp_path / "a b%20#?.imucal"
+    with Session.create(path, {"source": "x"}) as session:
+        session.write_raw(0.0, b"one")
+    monkeypatch.setattr("os.access", lambda *_: False)
+    (info,) = listed(tmp_path)
+    assert (info.source, info.problem) == ("x", "")
+    with KeptSession.look(path) as kept:
+        assert list(kept.raw()) == [(1, 0.0, b"one")]
+        assert not list(tmp_path.glob(f"{path.name}-*")), "nothing is written beside it"
 
 
 def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:

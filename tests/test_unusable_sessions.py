@@ -9,7 +9,8 @@ import pytest
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.session_replay import begin_session, resume_session
-from imucal_wizard.sessions import Session, list_sessions
+from imucal_wizard.sessions import Session
+from tests.cli.kept_sessions import listed
 from tests.estimate.truth import hold
 
 
@@ -47,7 +48,7 @@ def _text(path: Path) -> None:
     [
         (_foreign, "a database of another program"),
         (_newer, "written by a newer imucal-wizard .session version 99"),
-        (_damaged, "is damaged .* sqlite3 .* .recover"),
+        (_damaged, "is damaged .* write what can be read of it to a new file"),
         (_garbled_names, "is damaged"),
         (_text, "is not a session of this program"),
         (lambda _: None, "no such session"),
@@ -73,7 +74,7 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
         session.set_meta("step", "poses")
     Session.create(tmp_path / "new.imucal", {"created": 2.0, "step": "save"}).close()
     _text(tmp_path / "broken.imucal")
-    broken, new, old = list_sessions(tmp_path)
+    broken, new, old = listed(tmp_path)
     assert "is not a session" in broken.problem
     assert (new.path.name, new.finished) == ("new.imucal", True)
     assert (old.source, old.step, old.seconds, old.holds) == ("IMU", "poses", 15.0, 1)
@@ -82,9 +83,9 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
 
 def test_a_session_that_is_being_written_cannot_be_taken_up(tmp_path: Path) -> None:
     with Session.create(tmp_path / "a.imucal", {}):
-        (info,) = list_sessions(tmp_path)
+        (info,) = listed(tmp_path)
         assert "is being written by another" in info.problem
-    (info,) = list_sessions(tmp_path)
+    (info,) = listed(tmp_path)
     assert info.problem == ""
 
 
@@ -108,7 +109,7 @@ def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path
         session.write_raw(1.0, b"1,2,3\n")
     with sqlite3.connect(path) as connection:
         connection.execute(sql)
-    assert len(list_sessions(tmp_path)) == 1
+    assert len(listed(tmp_path)) == 1
     with pytest.raises(SessionError):
         _taken_up(path)
 
@@ -120,5 +121,5 @@ def _taken_up(path: Path) -> None:
 
 def test_an_invalid_time_does_not_break_the_list_of_sessions(tmp_path: Path) -> None:
     Session.create(tmp_path / "a.imucal", {"created": 1e300}).close()
-    (info,) = list_sessions(tmp_path)
+    (info,) = listed(tmp_path)
     assert "is damaged" in info.problem

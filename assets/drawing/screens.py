@@ -1,4 +1,4 @@
-"""The pictures of the screens: ``python -m assets.drawing.screens [NAME …]``.
+"""The pictures of the screens: ``python -m assets.drawing.screens [steps] [circles] [bench]``.
 
 The program itself runs in a pseudo-terminal on the virtual IMU; what it shows is drawn into
 ``assets/pictures/``. Nothing is made up, so they can be made again after every change.

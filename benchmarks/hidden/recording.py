@@ -120,7 +120,8 @@ def circumstances(schedule: Schedule, step: float, settling: float) -> forward.T
     """What the forward equations need, one row per hold; ``step`` and ``settling`` in minutes."""
     n = len(schedule.up)
     moments, first = np.unique(schedule.middle, return_index=True)
-    slope = np.gradient(schedule.temperature[first], moments)
+    shown = schedule.temperature[first]
+    slope = np.gradient(shown, moments) if len(moments) > 1 else np.zeros(1)
     return forward.TrueCircumstances(
         force=schedule.up,
         rate=np.zeros((n, 3)),

@@ -80,3 +80,24 @@ class Jump(Extra):
         out = np.zeros_like(session.seen)
         out[:, int(rng.integers(3))] = self.size * (time >= moment)
         return out
+
+
+@dataclass(frozen=True)
+class Waves(Extra):
+    """A smooth error of the direction of the field, ``size`` µT rms, that no effect makes.
+
+    Three waves over the sphere, each with an amplitude on each axis.
+    """
+
+    size: float
+    wavenumber: float = 4.0
+
+    def error(self, session: Session, rng: np.random.Generator) -> FloatArray:
+        """In directions and with amplitudes by chance."""
+        field = session.seen / np.linalg.norm(session.seen, axis=1)[:, None]
+        out = np.zeros_like(field)
+        for _ in range(3):
+            way, amplitude = rng.standard_normal((2, 3))
+            along = self.wavenumber * field @ way / np.linalg.norm(way)
+            out += np.sin(along + rng.uniform(0.0, 2.0 * np.pi))[:, None] * amplitude
+        return np.asarray(self.size * out / np.sqrt((out**2).mean()))

@@ -15,7 +15,7 @@ _DEAD_AXIS_WINDOWS = 5
 """Windows without any change after which an axis is dead."""
 _MIN_RATE_SECONDS = 8.0
 """Seconds of arrivals after which the rate of arrival is accurate enough for a comparison."""
-_MAX_ARRIVAL_GAP = 0.5
+MAX_ARRIVAL_GAP_SECONDS = 0.5
 """s; after a longer gap in the arrivals, the rate of arrival is measured again."""
 _MIN_DAMAGED = 5
 """Damaged samples below which there is no warning."""
@@ -37,12 +37,19 @@ class StreamHealth:
         compare_arrivals: compare the device's time with the host's; False if a recording is played,
             or played faster.
         values: check the values as well; False if the whole recording is checked later.
+        losses: count what was lost and damaged as well; False for a recording.
     """
 
     def __init__(
-        self, assembler: Assembler, compare_arrivals: bool = True, *, values: bool = True
+        self,
+        assembler: Assembler,
+        compare_arrivals: bool = True,
+        *,
+        values: bool = True,
+        losses: bool = True,
     ) -> None:
         self._assembler = assembler
+        self._losses = losses
         self._values = values
         self._compare = compare_arrivals and assembler.device is not None
         self._fit = RateFit()
@@ -59,19 +66,24 @@ class StreamHealth:
         """The warnings so far, each kind once, in order."""
         return tuple(self._notes.values())
 
-    def feed(self, readings: Readings, arrival: float) -> None:
-        """Check new samples."""
-        if not self._values:
-            return
-        self._waiting.append(Readings(readings.accelerometer, readings.gyroscope))
-        self._count += len(readings)
-        self._size = self._size or max(
-            _MIN_SHARE_SAMPLES, round(_CHECKED_SECONDS / self._assembler.period)
-        )
-        if self._count >= self._size:
-            self._cut(self._size)
+    def feed(self, readings: Readings, arrival: float, since: float) -> None:
+        """Check new samples.
+
+        Args:
+            readings: the samples.
+            arrival: arrival of the last bytes, s.
+            since: arrival of the first bytes, s.
+        """
+        if self._values:
+            self._waiting.append(Readings(readings.accelerometer, readings.gyroscope))
+            self._count += len(readings)
+            self._size = self._size or max(
+                _MIN_SHARE_SAMPLES, round(_CHECKED_SECONDS / self._assembler.period)
+            )
+            if self._count >= self._size:
+                self._cut(self._size)
         if self._compare:
-            if arrival - self._arrival > _MAX_ARRIVAL_GAP:  # the device was away
+            if since - self._arrival > MAX_ARRIVAL_GAP_SECONDS:  # the device was away
                 self._fit = RateFit()
             self._arrival = arrival
             self._fit.add(self._assembler.samples + self._assembler.lost, arrival)
@@ -83,7 +95,7 @@ class StreamHealth:
         missing = self._assembler.missing
         if total >= _MIN_FIELDLESS_SAMPLES and self._assembler.fieldless:
             self._note("field", _FIELDLESS)
-        if not self._values:
+        if not self._losses:
             return
         if (
             total >= _MIN_SHARE_SAMPLES

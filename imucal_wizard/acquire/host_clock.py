@@ -31,7 +31,8 @@ def sampling_period(times: FloatArray) -> float:
         return 0.0
     middle = median(forward)
     low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
-    return float(np.mean(steps[(steps >= low) & (steps <= high)]))
+    near = steps[(steps >= low) & (steps <= high)]
+    return float(np.mean(near)) if len(near) else middle  # none: the middle lies between two
 
 
 def time_quantum(times: FloatArray) -> float:

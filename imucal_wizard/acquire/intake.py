@@ -9,7 +9,7 @@ from imucal_wizard.acquire.assemble import Assembler
 from imucal_wizard.acquire.decode import decoder_for, formats
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import GarbageDetector
-from imucal_wizard.acquire.health import StreamHealth
+from imucal_wizard.acquire.health import MAX_ARRIVAL_GAP_SECONDS, StreamHealth
 from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
 from imucal_wizard.core.output import sanitise
@@ -51,6 +51,8 @@ class Intake:
             are not those of the device (a recording played at another speed).
         recording: whether the bytes are a whole recording: the first line is whole, there are no
             arrivals, the device's own origin of time is kept, and sensors may be missing.
+        check_values: whether the samples are checked as they come; False if the whole recording is
+            checked later.
     """
 
     def __init__(
@@ -59,10 +61,12 @@ class Intake:
         *,
         compare_arrivals: bool = True,
         recording: bool = False,
+        check_values: bool = True,
     ) -> None:
         self._asked = setup or StreamSetup()
         self._compare_arrivals = compare_arrivals and not recording
         self._recording = recording
+        self._check_values = check_values and not recording
         self._search = StreamSearch(self._asked, recording=recording)
         self._held = Backlog()
         self._found: ResolvedStream | None = None
@@ -200,12 +204,13 @@ class Intake:
         seen = self._health.notes if self._health else ()
         return (*self._search.notes, *((note,) if note else ()), *seen)
 
-    def feed(self, data: bytes, arrival: float) -> Readings | None:
+    def feed(self, data: bytes, arrival: float, since: float | None = None) -> Readings | None:
         """Add received bytes.
 
         Args:
             data: bytes, divided anywhere; ``LINK_BREAK`` after an interruption of the link.
-            arrival: arrival, s, on a monotonic clock.
+            arrival: arrival of the last one, s, on a monotonic clock.
+            since: arrival of the first one if they came in several pieces without a pause.
 
         Returns:
             The samples that these bytes complete; None if there are none yet.
@@ -216,7 +221,7 @@ class Intake:
         if b"\n" in data or self._binary:
             self._line = data
         if self._decoder is not None and self._assembler is not None:
-            return self._run(self._decoder, self._assembler, data, arrival)
+            return self._run(self._decoder, self._assembler, data, arrival, since)
         self._held.add(data, arrival)
         for piece in data.splitlines(keepends=True):
             found = self._search.feed(piece, arrival)
@@ -234,10 +239,27 @@ class Intake:
 
     def feed_all(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
         """Add several pieces, each with its arrival: the same samples as one by one, but faster."""
-        together = self._assembler is not None and self._assembler.device is not None
-        if together and all(data for data, _ in pieces):
-            return self.feed(b"".join(data for data, _ in pieces), pieces[-1][1])
-        return _joined(self.feed(*piece) for piece in pieces)
+        if self._assembler is not None and self._assembler.device is not None and pieces:
+            datas, arrivals = zip(*pieces, strict=True)
+            pauses = np.diff(np.array(arrivals), prepend=arrivals[0])
+            if all(datas) and pauses.max() <= MAX_ARRIVAL_GAP_SECONDS:
+                return self.feed(b"".join(datas), arrivals[-1], arrivals[0])
+        parts: list[Readings | None] = []
+        run: list[bytes] = []
+        first = last = 0.0
+        for data, arrival in pieces:
+            if run and (not data or arrival - last > MAX_ARRIVAL_GAP_SECONDS):
+                parts.append(self.feed(b"".join(run), last, first))
+                run = []
+            if not data or self._assembler is None or self._assembler.device is None:
+                parts.append(self.feed(data, arrival))
+                continue
+            first = first if run else arrival
+            run.append(data)
+            last = arrival
+        if run:
+            parts.append(self.feed(b"".join(run), last, first))
+        return _joined(parts)
 
     def flush(self) -> Readings | None:
         """The samples that still wait for their time, at the end of the stream."""
@@ -253,7 +275,12 @@ class Intake:
         Once Readings have been returned, no bytes are kept: the new one continues with the next
         bytes.
         """
-        other = Intake(setup, compare_arrivals=self._compare_arrivals, recording=self._recording)
+        other = Intake(
+            setup,
+            compare_arrivals=self._compare_arrivals,
+            recording=self._recording,
+            check_values=self._check_values,
+        )
         return other, _joined(other.feed(*chunk) for chunk in self._held)
 
     def _start(self, found: ResolvedStream) -> Readings | None:
@@ -263,11 +290,21 @@ class Intake:
         assembler = self._assembler = Assembler(
             found.columns, found.first, self._asked.rate, recording=self._recording
         )
-        self._health = StreamHealth(assembler, self._compare_arrivals, values=not self._recording)
+        self._health = StreamHealth(
+            assembler,
+            self._compare_arrivals,
+            values=self._check_values,
+            losses=not self._recording,
+        )
         return _joined(self._run(decoder, assembler, *chunk) for chunk in self._held.taken())
 
     def _run(
-        self, decoder: Decoder, assembler: Assembler, data: bytes, arrival: float
+        self,
+        decoder: Decoder,
+        assembler: Assembler,
+        data: bytes,
+        arrival: float,
+        since: float | None = None,
     ) -> Readings | None:
         if not data:
             decoder.broken()
@@ -288,7 +325,7 @@ class Intake:
             self._rate = self.measured_rate
         if self._health is not None:
             if readings is not None:
-                self._health.feed(readings, arrival)
+                self._health.feed(readings, arrival, arrival if since is None else since)
             self._health.count(self.malformed, self._decimals)
         return readings
 

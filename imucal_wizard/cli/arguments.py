@@ -1,21 +1,21 @@
 """Options and outputs that several commands share, and a parser that answers in one line."""
 
 import argparse
+import math
 import os
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from imucal_wizard.acquire.files import RecordingOptions
-from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.acquire.files import SUFFIX, RecordingOptions
+from imucal_wizard.core.dates import iso_date, seconds_of
+from imucal_wizard.core.description import Description, Location
+from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import (
-    begins_otherwise,
-    encode_json,
+    cause_of,
     note,
     refuse_special,
-    write_atomically,
 )
 from imucal_wizard.core.units import (
     COUNT,
@@ -33,9 +33,8 @@ _UNITS = (
 )
 """Beginning of the option, the sensor whose unit it gives, and the quantity."""
 if TYPE_CHECKING:  # numpy is imported after the options are checked
-    from imucal_wizard.api import Fit, Recording
     from imucal_wizard.diagnose.grade import Limits
-    from imucal_wizard.report.calibration_file import Calibration
+    from imucal_wizard.model.effect import Effect
 
 STANDARD_OUT = "-"
 HELP_COLUMNS = 78
@@ -78,6 +77,7 @@ def fitting_parser(command: str, description: str) -> Parser:
     add_recording_options(made)
     add_all_samples(made)
     add_gravity(made)
+    made.set_defaults(rates=(), turns=(), rate_unit=None)
     return made
 
 
@@ -99,8 +99,20 @@ def add_effects(parser: "argparse._ActionsContainer") -> None:
         default=[],
         type=Path,
         metavar="FILE",
-        help="a Python file with an effect of your own for the bench; may be given several times",
+        help="a Python file with an effect of your own for the bench, whose code is run; may be "
+        "given several times",
     )
+
+
+def own_effects(paths: Sequence[Path]) -> "list[Effect]":
+    """The effects in files of the user's own; each file whose code runs is named once.
+
+    Raises:
+        UsageError: a file is no effect, or others can write it.
+    """
+    from imucal_wizard.model.catalogue import load_effect
+
+    return [load_effect(path, announce=note) for path in dict.fromkeys(paths)]
 
 
 def add_recording_options(parser: argparse.ArgumentParser) -> None:
@@ -126,6 +138,19 @@ def add_recording_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(f"--{name}-unit", metavar="UNIT", help=f"unit of {of}: {known}")
 
 
+def add_port(parser: "argparse._ActionsContainer", help_text: str) -> None:
+    """The options for a device at a port.
+
+    Args:
+        parser: gets the options.
+        help_text: what the port is for.
+    """
+    parser.add_argument("--port", metavar="PORT_OR_URL", help=help_text)
+    parser.add_argument(
+        "--baud", type=int, default=115200, metavar="N", help="speed of the port (default 115200)"
+    )
+
+
 def add_gravity(parser: argparse.ArgumentParser) -> None:
     """The option for local gravity, which sets the accelerometer's scale."""
     parser.add_argument(
@@ -135,6 +160,51 @@ def add_gravity(parser: argparse.ArgumentParser) -> None:
         help=f"local gravity, m/s² (default {STANDARD_GRAVITY}, or that of the session; "
         "9.780 at the equator, 9.832 at the poles)",
     )
+    add_location(parser)
+
+
+def add_location(parser: "argparse._ActionsContainer") -> None:
+    """The options for the place from which local gravity follows."""
+    parser.add_argument(
+        "--latitude",
+        type=_between(-90.0, 90.0, "a latitude; it lies between -90 and 90 degrees"),
+        metavar="DEG",
+        help="gravity follows from the latitude (GRS 1980), degrees",
+    )
+    parser.add_argument(
+        "--height",
+        type=_between(-500.0, 9000.0, "a height on Earth in metres"),
+        metavar="M",
+        help="height above the sea, m; with --latitude (default 0)",
+    )
+
+
+def gravity_given(arguments: argparse.Namespace) -> float | None:
+    """Local gravity by the options, m/s²; None where they do not say it.
+
+    Raises:
+        UsageError: it is given twice, or a height without a latitude.
+    """
+    given: float | None = getattr(arguments, "gravity", None)
+    place = location_given(arguments)
+    if place is None:
+        return given
+    if given is not None:
+        raise UsageError("--gravity and --latitude both give the local gravity: give one of them")
+    return place.gravity
+
+
+def location_given(arguments: argparse.Namespace) -> Location | None:
+    """The place by the options; None where they do not give it.
+
+    Raises:
+        UsageError: a height without a latitude.
+    """
+    if arguments.latitude is not None:
+        return Location(arguments.latitude, arguments.height or 0.0)
+    if arguments.height is not None:
+        raise UsageError("--height tells the gravity only together with --latitude")
+    return None
 
 
 def add_methods(parser: argparse.ArgumentParser) -> None:
@@ -170,6 +240,57 @@ def add_field(parser: argparse.ArgumentParser) -> None:
     )
 
 
+TABLE_UNITS = {"deg/s": math.pi / 180.0, "rpm": 2.0 * math.pi / 60.0}
+"""Units of the rates of a table, rad/s each."""
+
+
+def add_rate_table(parser: argparse.ArgumentParser) -> None:
+    """Options for a recording on a rate table or turntable."""
+    group = parser.add_argument_group(
+        "a rate table or turntable (files with the same sensors then follow one another)"
+    )
+    group.add_argument(
+        "--rates",
+        type=_numbers,
+        default=(),
+        metavar="LIST",
+        help="constant rates of the table, like 0,33.333,45; both senses, any mounting",
+    )
+    group.add_argument(
+        "--rate-unit", choices=tuple(TABLE_UNITS), help="unit of --rates (default deg/s)"
+    )
+    group.add_argument(
+        "--turns",
+        type=_numbers,
+        default=(),
+        metavar="LIST",
+        help="angles in degrees by which the table turned between rests, like 90,180,360",
+    )
+
+
+def table_options(arguments: argparse.Namespace) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """What a table did, by the options of ``add_rate_table``: rates, rad/s, and turns, rad.
+
+    Raises:
+        UsageError: a unit of rates without rates.
+    """
+    if arguments.rate_unit and not arguments.rates:
+        raise UsageError("--rate-unit belongs to --rates")
+    unit = TABLE_UNITS[arguments.rate_unit or "deg/s"]
+    return (
+        tuple(unit * abs(rate) for rate in arguments.rates),
+        tuple(math.radians(abs(angle)) for angle in arguments.turns),
+    )
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    """The type of an option for numbers with commas between them."""
+    found = tuple(_number(part) for part in text.split(","))
+    if not any(found) or not all(math.isfinite(value) for value in found):
+        raise argparse.ArgumentTypeError(f"{text!r} names no number other than zero")
+    return found
+
+
 def add_all_samples(parser: argparse.ArgumentParser) -> None:
     """The option that treats a session as a plain recording."""
     parser.add_argument(
@@ -192,48 +313,6 @@ def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
     )
 
 
-def recording_of(arguments: argparse.Namespace) -> "Recording":
-    """The recording or session that a command was given.
-
-    Raises:
-        InputError: a file cannot be read.
-    """
-    from imucal_wizard.api import Recording
-
-    options = recording_options(arguments)
-    return Recording(arguments.files, options, all_samples=arguments.all_samples)
-
-
-def calibrated(
-    arguments: argparse.Namespace, command: str, methods: Mapping[str, str] | None = None
-) -> "Fit":
-    """The fit of a command; if the data are insufficient, its JSON document gives the reason.
-
-    Args:
-        arguments: with the options of ``fitting_parser`` and ``add_field``.
-        command: whose document it is.
-        methods: by sensor.
-
-    Raises:
-        DataError: the data do not determine a calibration.
-    """
-    from imucal_wizard.api import calibrate
-
-    recording = recording_of(arguments)
-    try:
-        return calibrate(
-            recording, gravity=arguments.gravity, field=arguments.field, methods=methods
-        )
-    except DataError as error:
-        if arguments.json:
-            from imucal_wizard.report.document import failure_document
-
-            write_json(failure_document(command, str(error), recording.warnings), arguments.json)
-        for warning in recording.warnings:
-            note(f"warning: {warning}")
-        raise
-
-
 def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     """The options for the file of a calibration."""
     parser.add_argument("--save", type=file_to_write, metavar="FILE", help=help_text)
@@ -244,6 +323,41 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     )
     for name, text in SAVED_ABOUT.items():
         parser.add_argument(f"--{name}", metavar="TEXT", help=f"{text}, for the saved file")
+    add_sessions(parser)
+
+
+def add_sessions(parser: "argparse._ActionsContainer") -> None:
+    """The option for the folder of sessions and of the history of devices."""
+    parser.add_argument(
+        "--sessions",
+        type=Path,
+        metavar="DIR",
+        help="folder of the sessions and of the history of devices (default: this program's place "
+        "in your data folder)",
+    )
+
+
+def sessions_folder(arguments: argparse.Namespace) -> Path:
+    """The folder of the sessions: the given one, or the user's.
+
+    Raises:
+        UsageError: what was given is a file.
+    """
+    from imucal_wizard.sessions import default_directory
+
+    given: Path | None = arguments.sessions
+    if given is not None and given.exists() and not given.is_dir():
+        raise UsageError(f"{given} is a file: --sessions takes a folder")
+    return given or default_directory()
+
+
+def kept_session(name: Path | None, arguments: argparse.Namespace) -> Path | None:
+    """A session by its path, or by the name that ``sessions`` lists."""
+    if name is None or name.exists() or name.name != str(name):
+        return name
+    folder = sessions_folder(arguments)
+    beside = (folder / name, folder / f"{name}{SUFFIX}")
+    return next((path for path in beside if path.is_file()), name)
 
 
 def add_limits(parser: "argparse._ActionsContainer") -> None:
@@ -270,50 +384,27 @@ def limits_of_use(arguments: argparse.Namespace) -> "Limits | None":
 
 
 SAVED_ABOUT = {
-    "device": "name of the device",
+    "device": "name of the device, whose history keeps the calibration",
     "serial": "its serial number",
+    "chip": "kind of its chip",
+    "place": "name of the place",
     "operator": "who measured",
     "note": "a note",
 }
 
 
-def save_usable(
-    calibration: "Calibration", place: Path, about: argparse.Namespace, *, force: bool
-) -> list[str]:
-    """Save the usable sensors; all of them with ``force``.
-
-    Args:
-        calibration: the result.
-        place: the file.
-        about: what the user says of device and measurement.
-        force: whether the user wants what is worse than none.
-
-    Returns:
-        What was saved and what was left out, in lines.
-    """
-    left_out = [] if force else list(calibration.unusable)
-    if left_out and len(left_out) == len(calibration.sensors):
-        return ["not saved: no sensor has a usable calibration (--force saves it all the same)"]
-    from imucal_wizard.report.calibration_file import described
-
-    said = {name: getattr(about, name) for name in SAVED_ABOUT}
-    described(calibration, **said).save(place, force=force)
-    without = f" without the {' and the '.join(left_out)} (--force saves all)" if left_out else ""
-    return [f"saved: {place}{without}"]
+def said_about(arguments: argparse.Namespace) -> Description:
+    """What the options say of device and measurement."""
+    return Description.read({name: getattr(arguments, name) for name in SAVED_ABOUT})
 
 
-def write_json(document: object, place: str) -> None:
-    """Write one JSON document to a file, or to standard output for ``-``.
-
-    Raises:
-        UsageError: the file cannot be written.
-    """
-    data = encode_json(document)
-    if place == STANDARD_OUT:
-        sys.stdout.buffer.write(data)
-        sys.stdout.buffer.flush()
-        return
-    write_atomically(Path(place), data)
+def date_of(text: str) -> str:
+    """The type of an option for a date, ISO 8601; with the local time where it has no offset."""
+    seconds = seconds_of(text)
+    date = None if seconds is None else iso_date(seconds)
+    if date is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is no date like 2031-02-20 or 2031-02-20T14:05")
+    return date
 
 
 def positive(text: str) -> float:
@@ -348,48 +439,15 @@ def file_to_write(text: str) -> Path:
     path = Path(text)
     try:
         refuse_special(path)
+        if not path.parent.is_dir():
+            raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it first")
+        if not os.access(path if path.exists() else path.parent, os.W_OK):
+            raise argparse.ArgumentTypeError(f"{text} cannot be written; choose another place")
     except UsageError as error:
         raise argparse.ArgumentTypeError(str(error)) from error
-    if not path.parent.is_dir():
-        raise argparse.ArgumentTypeError(f"there is no folder {path.parent}; make it first")
-    if not os.access(path if path.exists() else path.parent, os.W_OK):
-        raise argparse.ArgumentTypeError(f"{text} cannot be written; choose another place")
+    except OSError as error:  # a name too long
+        raise argparse.ArgumentTypeError(f"{text}: {cause_of(error)}; give another name") from error
     return path
-
-
-def spare(files: Sequence[Path], *places: str | Path | None) -> None:
-    """Refuse to write over an input file: a measurement cannot be repeated.
-
-    Raises:
-        UsageError: a place is one of the files.
-    """
-    for place in places:
-        if place is not None and any(_same(Path(place), file) for file in files):
-            raise UsageError(f"{place} is an input file: give another name to write to")
-
-
-def spare_others(arguments: argparse.Namespace) -> None:
-    """Refuse to write over a file of another kind, unless ``--force`` is given.
-
-    Raises:
-        UsageError: the place of ``--json`` is no JSON, or that of ``--save`` no calibration.
-    """
-    document, place = getattr(arguments, "json", None), getattr(arguments, "save", None)
-    if getattr(arguments, "force", False):
-        return
-    if document not in (None, STANDARD_OUT) and begins_otherwise(Path(document), b"{"):
-        raise UsageError(f"{document} is there already and no JSON: give another name")
-    if place is not None and begins_otherwise(place, b'"imucal-wizard/calibration/'):
-        raise UsageError(
-            f"{place} is there already and no calibration: give another name, or --force"
-        )
-
-
-def _same(place: Path, file: Path) -> bool:
-    try:
-        return place.samefile(file)
-    except OSError:  # one of them does not exist
-        return False
 
 
 def document_place(text: str) -> str:

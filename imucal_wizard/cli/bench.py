@@ -3,6 +3,7 @@
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import (
@@ -11,21 +12,30 @@ from imucal_wizard.cli.arguments import (
     add_effects,
     add_field,
     add_limits,
+    add_rate_table,
     add_saving,
     fitting_parser,
+    gravity_given,
     limits_of_use,
+    own_effects,
+    table_options,
+)
+from imucal_wizard.cli.outcome import (
+    answer,
     recording_of,
+    save_or_print,
     save_usable,
     spare,
     spare_others,
     write_json,
 )
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.output import note, say
+from imucal_wizard.core.output import note, numbered_names, say
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.api import Fit, Recording
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.tui.services import Saved
 
 
 USAGE = (("bench FILE...", "find what the model lacks: compare, rank, add"),)
@@ -71,7 +81,11 @@ def parser() -> Parser:
         metavar="TERM[:AXIS[:SIGN]]",
         help="compare a guess with the evidence, like second-order:y:+",
     )
-    add_saving(made, "save the calibration with the terms that were added")
+    add_rate_table(made)
+    add_saving(
+        made,
+        "save the calibration with the terms that were added; on the screen the key s saves it",
+    )
     add_limits(made)
     add_effects(made)
     add_field(made)
@@ -97,12 +111,15 @@ def run(argv: Sequence[str]) -> int:
 
         diagnoses = undetermined(recording, error)
         return write_diagnosis(list(diagnoses.values()), recording, arguments)
-    printed = arguments.auto, arguments.json, arguments.view, arguments.save, arguments.guess
+    whole = arguments.add and arguments.save  # says what to do without a bench
+    printed = arguments.auto, arguments.json, arguments.view, arguments.guess, whole
     if sys.stdin.isatty() and sys.stdout.isatty() and not any(printed):
         from imucal_wizard.tui.run import run_bench
 
         fit.add(added)
-        return run_bench(benches)
+        usual = _place(arguments)
+        save = lambda place: _save(fit, arguments, place or usual)  # noqa: E731
+        return run_bench(benches, save, recording.paths, wanted=arguments.save is not None)
     from imucal_wizard.diagnose.survey import diagnose_benches
 
     try:
@@ -120,11 +137,43 @@ def run(argv: Sequence[str]) -> int:
     status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if arguments.save:
         calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
-        for text in save_usable(calibration, arguments.save, arguments, force=arguments.force):
-            (note if arguments.json == STANDARD_OUT else say)(text)
+        save_or_print(calibration, arguments)
         if calibration.unusable and not arguments.force:
             return 1
     return status
+
+
+def _place(arguments: Namespace) -> Path:
+    """The file that was named, else a name for it that is free."""
+    from imucal_wizard.tui.services import name_of_calibration
+
+    if arguments.save is not None:
+        return Path(arguments.save)
+    names = numbered_names(name_of_calibration(arguments.files))
+    return next(path for path in names if not path.exists())
+
+
+def _save(fit: "Fit", arguments: Namespace, place: Path) -> "Saved":
+    """Write the calibration with the models of the bench.
+
+    Raises:
+        DataError: no sensor's calibration is usable.
+        UsageError: the place cannot be written.
+    """
+    from imucal_wizard.diagnose.grade import graded
+    from imucal_wizard.diagnose.survey import diagnose_benches
+    from imucal_wizard.tui.services import Saved, last_line
+
+    limits = limits_of_use(arguments)
+    diagnoses = {one.sensor: one for one in diagnose_benches(fit.benches, {}, automatic=False)}
+    calibration = fit.judged(diagnoses, limits)
+    if not arguments.force:
+        calibration.usable_part()  # refuses where nothing would be left
+    said = save_usable(calibration, place, arguments)
+    report = fit.benches.fitted()
+    grades = graded(report, diagnoses, limits)
+    last = last_line(grades, report, place, None)
+    return Saved(place, (*said, last), report)
 
 
 def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None) -> int:
@@ -140,14 +189,12 @@ def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None
     if diagnosis is None:
         raise UsageError(f"there is no {sensor} in this recording to judge {text!r} by")
     judged = judge_prediction(diagnosis, prediction)
-    if place:
-        answers = [
-            {"agreement": one.agreement.name.lower(), "guess": one.predicted, "found": one.found}
-            for one in judged
-        ]
-        write_json({"schema": "imucal-wizard/guess/1", "answers": answers}, place)
-    if place != STANDARD_OUT:
-        say("\n".join(one.text for one in judged))
+    answers = [
+        {"agreement": one.agreement.name.lower(), "guess": one.predicted, "found": one.found}
+        for one in judged
+    ]
+    document = {"schema": "imucal-wizard/guess/1", "answers": answers}
+    answer(place, document, "\n".join(one.text for one in judged))
     return 0
 
 
@@ -172,10 +219,8 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
     ]
     if not chosen:
         raise UsageError(f"{no_such_view(name, known)}: --view list names them all")
-    if place:
-        write_json(view_document(chosen), place)
-    if place != STANDARD_OUT:
-        say("\n\n".join(view_text(sensor, view) for sensor, view in chosen))
+    text = "\n\n".join(view_text(sensor, view) for sensor, view in chosen)
+    answer(place, view_document(chosen), text)
     return 0
 
 
@@ -188,12 +233,13 @@ def _fit(arguments: Namespace) -> "Fit":
     """
     from imucal_wizard.api import Fit
     from imucal_wizard.estimate.recording import FitOptions
-    from imucal_wizard.model.catalogue import load_effect
 
-    own = [load_effect(path) for path in arguments.effects]
+    own = own_effects(arguments.effects)
     recording = recording_of(arguments)
-    gravity = recording.gravity if arguments.gravity is None else arguments.gravity
-    options = FitOptions(gravity, field=arguments.field)
+    given = gravity_given(arguments)
+    gravity = recording.gravity if given is None else given
+    rates, turns = table_options(arguments)
+    options = FitOptions(gravity, field=arguments.field, rates=rates, turns=turns)
     return Fit(recording, options, base=base_terms(arguments.base), own=own)
 
 
@@ -208,14 +254,14 @@ def write_diagnosis(
 
     notes = list(dict.fromkeys([*recording.warnings, *warnings]))
     short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
-    if arguments.json:
-        from imucal_wizard.report.bench_document import bench_document
-
-        write_json(bench_document(statements, notes), arguments.json)
     if arguments.json != STANDARD_OUT:
         from imucal_wizard.report.bench_text import bench_text
 
         say(bench_text(statements))
+    if arguments.json:
+        from imucal_wizard.report.bench_document import bench_document
+
+        write_json(bench_document(statements, notes), arguments.json)
     for warning in notes:
         note(f"warning: {warning}")
     for one in short:

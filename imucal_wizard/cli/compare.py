@@ -2,17 +2,9 @@
 
 from collections.abc import Sequence
 
-from imucal_wizard.cli.arguments import (
-    STANDARD_OUT,
-    Parser,
-    add_field,
-    calibrated,
-    fitting_parser,
-    spare,
-    spare_others,
-    write_json,
-)
-from imucal_wizard.core.output import note, say
+from imucal_wizard.cli.arguments import Parser, add_field, fitting_parser
+from imucal_wizard.cli.outcome import answer, calibrated, spare, spare_others
+from imucal_wizard.core.output import note
 
 USAGE = (("compare FILE...", "fit a recording by all methods, side by side"),)
 
@@ -40,10 +32,7 @@ def run(argv: Sequence[str]) -> int:
 
     report, recording = fit.report, fit.recording
     rows = method_rows(report, recording.gyroscope_unit, recording.field, arguments.field)
-    if arguments.json:
-        write_json(methods_document(report, rows), arguments.json)
-    if arguments.json != STANDARD_OUT:
-        say(method_table(rows))
+    answer(arguments.json, methods_document(report, rows), method_table(rows))
     for warning in report.notes(judged=False):
         note(f"warning: {warning}")
     return 0

@@ -3,16 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from imucal_wizard.cli.arguments import (
-    STANDARD_OUT,
-    Parser,
-    add_json,
-    spare,
-    spare_others,
-    write_json,
-)
+from imucal_wizard.cli.arguments import Parser, add_json
+from imucal_wizard.cli.outcome import answer, spare, spare_others
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.output import say
 
 USAGE = (("diff CAL.json CAL.json...", "what has changed, and whether by more than chance"),)
 
@@ -40,21 +33,18 @@ def run(argv: Sequence[str]) -> int:
         raise UsageError("give two files or more: diff CAL.json CAL.json")
     spare(arguments.files, arguments.json)
     spare_others(arguments)
-    from imucal_wizard.report.differences import difference_table, differences, named_parameters
+    from imucal_wizard.report.differences import (
+        difference_document,
+        difference_table,
+        differences,
+        named_parameters,
+    )
 
     files = [named_parameters(path) for path in arguments.files]
     found, notes = differences(files)
-    if arguments.json:
-        sensors = {
-            sensor: {
-                name: {key: getattr(one, key) for key in one.__dataclass_fields__}
-                for name, one in rows.items()
-            }
-            for sensor, rows in found.items()
-        }
-        names = [one.name for one in files]
-        document = {"schema": "imucal-wizard/diff/1", "files": names, "sensors": sensors}
-        write_json({**document, "notes": notes}, arguments.json)
-    if arguments.json != STANDARD_OUT:
-        say(difference_table(files, found, notes))
+    answer(
+        arguments.json,
+        difference_document(files, found, notes),
+        difference_table(files, found, notes),
+    )
     return 0

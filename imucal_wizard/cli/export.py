@@ -1,26 +1,19 @@
 """``imucal-wizard export``: write what another program reads, and prove it."""
 
-import json
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from statistics import mean
 from typing import TYPE_CHECKING
 
-from imucal_wizard.cli.arguments import (
-    STANDARD_OUT,
-    Parser,
-    add_json,
-    file_to_write,
-    spare,
-    write_json,
-)
-from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.cli.arguments import STANDARD_OUT, Parser, add_json, add_port, file_to_write
+from imucal_wizard.cli.outcome import answer, spare, write_json
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.input import read_document
 from imucal_wizard.core.output import say
 from imucal_wizard.core.quantities import quantity
 
 if TYPE_CHECKING:
-    from imucal_wizard.report.exports import ExportSettings
+    from imucal_wizard.report.exports import Exported, ExportSettings, ExportTarget
 
 USAGE = (("export CAL.json", "write it for another program, and prove the file"),)
 
@@ -55,8 +48,10 @@ def parser() -> Parser:
         "--counts-per-g", type=float, metavar="N", help="of INAV and Betaflight (default: 2048)"
     )
     made.add_argument(
-        "--noise", type=Path, metavar="NOISE.json", help="Allan deviation, for Kalibr"
+        "--noise", type=Path, metavar="NOISE.json", help="what the command noise wrote, for Kalibr"
     )
+    says = "write the calibration to the board on this port, and wait for its echo (adafruit)"
+    add_port(made, says)
     made.add_argument("--list", action="store_true", help="list the targets and what they lose")
     add_json(made)
     return made
@@ -73,40 +68,33 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _list(place: str | None) -> int:
-    from imucal_wizard.report.exports import targets
+    from imucal_wizard.report.exports import targets, targets_document
 
-    known = targets().values()
-    if place:
-        listed = [
-            {"name": one.name, "title": one.title, "cannot_hold": one.cannot_hold} for one in known
-        ]
-        write_json({"schema": "imucal-wizard/export-list/1", "targets": listed}, place)
-    if place != STANDARD_OUT:
-        for one in known:
-            say(f"{one.name:16} {one.title}")
-            for text in one.cannot_hold:
-                say(f"{'':16}   cannot hold: {text}")
+    lines = []
+    for one in targets().values():
+        lines += [f"{one.name:16} {one.title}"]
+        lines += [f"{'':16}   cannot hold: {text}" for text in one.cannot_hold]
+    answer(place, targets_document(), "\n".join(lines))
     return 0
 
 
 def _export(arguments: Namespace) -> int:
     from imucal_wizard import api
-    from imucal_wizard.report.exports import path_beside, target_named
+    from imucal_wizard.report.calibrated_device import check_parameters
+    from imucal_wizard.report.exports import export_document, path_beside, target_named
 
     calibration, target = api.load(arguments.file), target_named(arguments.to)
+    check_parameters(calibration)
     path = arguments.output or path_beside(arguments.file, target)
+    if arguments.port and target.sent is None:
+        raise UsageError(f"--port: {target.name} has no board that takes a calibration by its port")
     spare([one for one in (arguments.file, arguments.present, arguments.noise) if one], path)
     done = api.export(calibration, target.name, path, _settings(arguments))
     if arguments.json:
-        found = {name: getattr(done, name) for name in done.__dataclass_fields__}
-        sensors = {
-            name: {key: getattr(one, key) for key in one.__dataclass_fields__}
-            for name, one in done.sensors.items()
-        }
-        places = {"path": str(path), "files": [str(one) for one in done.files]}
-        document = {"schema": "imucal-wizard/export/1", **found, **places, "sensors": sensors}
-        write_json(document, arguments.json)
+        write_json(export_document(done), arguments.json)
     worse = [name for name, one in done.sensors.items() if one.worse_than_none]
+    if arguments.port and not worse:
+        _write_back(arguments, target, done)
     if arguments.json == STANDARD_OUT:
         return 1 if worse else 0
     say(f"{target.title}\n  {done.formula}\n  {done.direction}")
@@ -122,9 +110,33 @@ def _export(arguments: Namespace) -> int:
         say(f"  error of the {name}: {before}calibration {full}, exported {exported}")
     for place in done.files:
         say(f"written: {place}")
+    if arguments.port and not worse:
+        say(f"written to the board on {arguments.port}: its echo says the same")
     for name in worse:
         say(f"▲ what this file holds of the {name} is worse than no calibration: do not use it")
     return 1 if worse else 0
+
+
+def _write_back(arguments: Namespace, target: "ExportTarget", done: "Exported") -> None:
+    """Send the files to the board, until its echo confirms them.
+
+    Raises:
+        LinkError: the port cannot be opened, or the board does not confirm.
+    """
+    from imucal_wizard.acquire.transport import Transport
+    from imucal_wizard.acquire.write_back import write_back
+
+    assert target.sent is not None  # noqa: S101 (narrows the type)
+    files = {
+        place.name.removeprefix(done.path.stem) if place != done.path else "": place.read_bytes()
+        for place in done.files
+    }
+    link = Transport(arguments.port, arguments.baud)
+    link.open()
+    try:
+        write_back(link, target.sent(files), lambda lines: target.echoed(files, lines))
+    finally:
+        link.close()
 
 
 def _settings(arguments: Namespace) -> "ExportSettings":
@@ -135,36 +147,14 @@ def _settings(arguments: Namespace) -> "ExportSettings":
         UsageError: a number that no controller has.
     """
     from imucal_wizard.report.exports import ExportSettings
+    from imucal_wizard.report.noise_report import noise_for_export, read_noise
 
     counts = arguments.counts_per_g
     if counts is not None and not 1.0 <= counts <= 1e6:
         raise UsageError(f"{counts:g} counts per g is no accelerometer; give a number like 2048")
     return ExportSettings(
-        present=None if arguments.present is None else _bytes_of(arguments.present),
-        noise={} if arguments.noise is None else _noise_of(arguments.noise),
+        present=None if arguments.present is None else read_document(arguments.present),
+        noise={} if arguments.noise is None else noise_for_export(read_noise(arguments.noise)),
         slot=arguments.slot,
         counts_per_g=counts,
     )
-
-
-def _noise_of(path: Path) -> dict[str, dict[str, float]]:
-    """Mean over the axes of the figures of an Allan deviation, by sensor."""
-    try:
-        sensors = json.loads(_bytes_of(path))["sensors"]
-        return {
-            sensor: {
-                key: mean([float(axis[key]) for axis in one["axes"].values()])
-                for key in ("white", "random_walk")
-                if all(axis.get(key) for axis in one["axes"].values())
-            }
-            for sensor, one in sensors.items()
-        }
-    except (ValueError, LookupError, TypeError, AttributeError) as error:
-        raise RecordingError(f"{path} is no document of an Allan deviation") from error
-
-
-def _bytes_of(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error

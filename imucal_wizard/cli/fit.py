@@ -8,15 +8,13 @@ from imucal_wizard.cli.arguments import (
     add_limits,
     add_magnetometer,
     add_methods,
+    add_rate_table,
     add_saving,
-    calibrated,
+    date_of,
     fitting_parser,
     limits_of_use,
-    save_usable,
-    spare,
-    spare_others,
-    write_json,
 )
+from imucal_wizard.cli.outcome import calibrated, save_or_print, spare, spare_others, write_json
 from imucal_wizard.core.output import note, say
 
 USAGE = (("fit FILE...", "fit a recording"),)
@@ -36,7 +34,11 @@ def parser() -> Parser:
         action="store_true",
         help="only fit: do not look for what the model lacks, and give no verdict",
     )
+    add_rate_table(made)
     add_saving(made, "save the calibration to this file")
+    made.add_argument(
+        "--date", type=date_of, metavar="DATE", help="when it was measured, if not now: 2031-02-20"
+    )
     add_limits(made)
     return made
 
@@ -59,14 +61,6 @@ def run(argv: Sequence[str]) -> int:
 
         diagnosis = diagnose(fit)
     says = [f"{one.sensor}: {one.says}" for one in diagnosis.values()]
-    saved = []
-    if arguments.save:
-        calibration = fit.judged(diagnosis, limits)
-        saved = save_usable(calibration, arguments.save, arguments, force=arguments.force)
-    if arguments.json:
-        from imucal_wizard.report.document import fit_document
-
-        write_json(fit_document(fit.report, fit.records(diagnosis, limits), says), arguments.json)
     tell = note if arguments.json == STANDARD_OUT else say
     if tell is say:
         from imucal_wizard.report.text import summary
@@ -75,7 +69,11 @@ def run(argv: Sequence[str]) -> int:
     else:
         for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")
-    for text in saved:
-        tell(text)
+    if arguments.json:
+        from imucal_wizard.report.document import fit_document
+
+        write_json(fit_document(fit.report, fit.records(diagnosis, limits), says), arguments.json)
+    if arguments.save:
+        save_or_print(fit.judged(diagnosis, limits), arguments)
     unusable = any(one.unusable for one in fit.report.sensors.values())
     return 1 if unusable and not arguments.force else 0

@@ -12,18 +12,19 @@ from pkgutil import iter_modules
 
 from imucal_wizard.core.errors import ImucalError, UsageError
 from imucal_wizard.core.output import note, replace_unencodable_output, without_control_characters
-from imucal_wizard.run.faults import hide_tracebacks
+from imucal_wizard.run.faults import hide_tracebacks, tell_faults
 
 OPTIONS = {
     "accelerometer_unit": "--accel-unit",
     "as_format": "--as",
     "gyroscope_unit": "--gyro-unit",
     "magnetometer_unit": "--mag-unit",
+    "repair": "imucal-wizard sessions --repair",
 }
 """The option for a setting that an error names, if the option has another name."""
 
 
-_SHARED = ("arguments", "main")
+_SHARED = ("arguments", "main", "outcome")
 """Files of this folder that are not commands."""
 OBJECTS_BETWEEN_COLLECTIONS = 100_000
 """Python looks for garbage after every 700 new objects. A fit makes 50,000 in all, nearly all of
@@ -66,10 +67,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     # threads would slow down operations on small matrices
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     replace_unencodable_output()
-    hide_tracebacks()
+    hide_tracebacks(secret=("--key",))
     try:
         status = _status(sys.argv[1:])
     finally:
+        tell_faults()
         gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
     _end_at_once(status)
     return status

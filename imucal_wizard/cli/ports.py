@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 
-from imucal_wizard.cli.arguments import Parser, add_json, write_json
+from imucal_wizard.cli.arguments import Parser, add_json
+from imucal_wizard.cli.outcome import write_json
 from imucal_wizard.core.output import say
 
 USAGE = (("ports", "list what is plugged in and what it sends"),)

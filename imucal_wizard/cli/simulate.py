@@ -7,18 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import (
-    STANDARD_OUT,
     Parser,
     add_exercise,
     add_json,
     add_sensor,
     check_exercise,
     file_to_write,
-    spare_others,
-    write_json,
 )
+from imucal_wizard.cli.outcome import answer, spare_others
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.output import say
 
 if TYPE_CHECKING:
     from imucal_wizard.simulate.hidden import Hidden
@@ -54,7 +51,7 @@ def parser() -> Parser:
     add_exercise(
         class_room,
         "hide a random effect in a recording with 26+repeats poses, and seal the answer in "
-        "OUT.mystery (against a glance, not against an attacker)",
+        "OUT.mystery with the key",
     )
     class_room.add_argument("--reveal", type=Path, metavar="OUT.mystery", help="open an answer")
     class_room.add_argument("--guess", metavar="TERM:AXIS", help="compare this with the answer")
@@ -169,9 +166,6 @@ def _effect(hidden: "Hidden") -> dict[str, object]:
 
 def _answer(arguments: Namespace, found: Mapping[str, object], lines: Sequence[str]) -> int:
     """Report what was done: as JSON where that was asked for, and in lines."""
-    if arguments.json:
-        write_json({"schema": "imucal-wizard/simulate/1", **found}, arguments.json)
-    if arguments.json != STANDARD_OUT:
-        for line in lines:
-            say(line)
+    document = {"schema": "imucal-wizard/simulate/1", **found}
+    answer(arguments.json, document, "\n".join(lines))
     return 0

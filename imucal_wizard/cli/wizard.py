@@ -13,16 +13,21 @@ from imucal_wizard.cli.arguments import (
     add_limits,
     add_magnetometer,
     add_methods,
+    add_port,
     add_recording_options,
     add_saving,
     add_sensor,
     check_exercise,
+    gravity_given,
+    kept_session,
     limits_of_use,
+    location_given,
+    own_effects,
     positive,
     recording_options,
-    spare,
-    spare_others,
+    said_about,
 )
+from imucal_wizard.cli.outcome import spare, spare_others
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
 
@@ -55,14 +60,8 @@ def parser() -> Parser:
 
 def _add_source(source: "argparse._ArgumentGroup") -> None:
     """Options for the source of the samples."""
-    source.add_argument(
-        "--port",
-        metavar="PORT_OR_URL",
-        help="read a device: /dev/ttyACM0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT",
-    )
-    source.add_argument(
-        "--baud", type=int, default=115200, metavar="N", help="speed of the port (default 115200)"
-    )
+    says = "read a device: /dev/ttyACM0, COM3, socket://HOST:PORT, rfc2217://HOST:PORT"
+    add_port(source, says)
     source.add_argument(
         "--format",
         default="auto",
@@ -102,7 +101,10 @@ def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:
         "--magnetometer", action="store_true", help="with a magnetometer and its step"
     )
     add_sensor(virtual)
-    add_exercise(virtual, "hide a random effect and seal the answer")
+    add_exercise(
+        virtual,
+        "hide a random effect and cover the answer, which is not secret: this computer knows it",
+    )
 
 
 def _add_procedure(way: "argparse._ArgumentGroup") -> None:
@@ -130,12 +132,6 @@ def _add_procedure(way: "argparse._ArgumentGroup") -> None:
         type=positive,
         metavar="DEG_S",
         help="full scale of the gyroscope, °/s: rotations that reach it are refused",
-    )
-    way.add_argument(
-        "--sessions",
-        type=Path,
-        metavar="DIR",
-        help="folder for the sessions (default: this program's place in your data folder)",
     )
     add_saving(way, "save the calibration to this file (default: beside the session)")
     add_limits(way)
@@ -191,13 +187,15 @@ def _options(arguments: argparse.Namespace) -> WizardOptions:
         hidden=tuple(arguments.hidden),
         magnetometer=arguments.magnetometer,
         seed=arguments.seed or 0,
-        gravity=arguments.gravity,
+        gravity=gravity_given(arguments),
+        location=location_given(arguments),
         gyroscope_range=arguments.gyro_range,
         rotations=arguments.rotations,
         count_faces=arguments.count_faces,
         poses=arguments.poses,
-        resume=arguments.resume,
+        resume=kept_session(arguments.resume, arguments),
         sessions=arguments.sessions,
+        description=said_about(arguments),
         save=arguments.save,
         force=arguments.force,
         limits=limits_of_use(arguments),
@@ -206,7 +204,7 @@ def _options(arguments: argparse.Namespace) -> WizardOptions:
         gyroscope_method=arguments.gyro_method,
         magnetometer_method=arguments.mag_method,
         field=arguments.field,
-        effects=tuple(arguments.effects),
+        effects=tuple(own_effects(arguments.effects)),
         **_mystery(arguments),
     )
 

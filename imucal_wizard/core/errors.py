@@ -5,13 +5,17 @@
     ImucalError                 any error with an explanation; never shown as a traceback
     ├── InputError              the input cannot be read                (exit status 2)
     │   ├── UsageError          options contradict each other, or one is missing
+    │   │   └── PlaceError          a file cannot be written at its place
     │   ├── RecordingError      a file is missing, garbled or lacks columns
     │   ├── FormatError         the format of a stream is not known
     │   ├── LinkError           a port cannot be opened, or the link was lost
     │   └── SessionError        a session file cannot be read or written
-    │       └── SessionTakenError   a new session has the name of a file
+    │       ├── DamagedSessionError  a part of it cannot be read
+    │       └── SessionTakenError    a new session has the name of a file
     └── DataError               the data cannot determine the result    (exit status 1)
 """
+
+from pathlib import Path
 
 
 class ImucalError(Exception):
@@ -41,6 +45,19 @@ class UsageError(InputError):
     """Options contradict each other, or one is missing."""
 
 
+class PlaceError(UsageError):
+    """A file cannot be written at its place.
+
+    Args:
+        message: what happened, to what, and what to do next.
+        other: a place on another disk where there is room, or None.
+    """
+
+    def __init__(self, message: str, other: Path | None = None) -> None:
+        super().__init__(message)
+        self.other = other
+
+
 class RecordingError(InputError):
     """A recording is missing, garbled, or lacks columns."""
 
@@ -55,6 +72,10 @@ class LinkError(InputError):
 
 class SessionError(InputError):
     """A session file cannot be read or written."""
+
+
+class DamagedSessionError(SessionError):
+    """A part of a session file cannot be read."""
 
 
 class SessionTakenError(SessionError):

@@ -1,7 +1,9 @@
-"""The unit of accelerations, inferred from the magnitude of gravity.
+"""Local gravity, and the unit of accelerations inferred from its magnitude.
 
 An accelerometer at rest measures one gravity; a gyroscope at rest says nothing about its unit.
 """
+
+import math
 
 import numpy as np
 
@@ -53,3 +55,29 @@ def acceleration_unit(size: float, whole: bool) -> str | None:
     if not whole or found == "mg":  # the only SI unit in which gravity is printed as whole numbers
         return found
     return COUNT if gravity_fits_unit(size, COUNT) else None
+
+
+NORMAL_GRAVITY_SOURCE = (
+    "Geodetic Reference System 1980: Somigliana's formula with the second-order free-air "
+    "reduction (H. Moritz, Journal of Geodesy 74, 2000)"
+)
+GRAVITY_ANOMALY = 1e-3
+"""By how much local gravity differs from normal gravity nearly everywhere, m/s²."""
+_EQUATOR, _POLE_FACTOR, _ECCENTRICITY = 9.7803267715, 0.001931851353, 0.00669438002290
+_RADIUS, _FLATTENING, _CENTRIFUGAL = 6378137.0, 0.00335281068118, 0.00344978600308
+
+
+def normal_gravity(latitude: float, height: float) -> float:
+    """Gravity of the ellipsoid of GRS 1980 at a height above it, m/s².
+
+    Args:
+        latitude: geodetic, rad.
+        height: m.
+    """
+    square = math.sin(latitude) ** 2
+    on_ellipsoid = (
+        _EQUATOR * (1.0 + _POLE_FACTOR * square) / math.sqrt(1.0 - _ECCENTRICITY * square)
+    )
+    shape = 1.0 + _FLATTENING + _CENTRIFUGAL - 2.0 * _FLATTENING * square
+    ratio = height / _RADIUS
+    return on_ellipsoid * (1.0 - 2.0 * shape * ratio + 3.0 * ratio**2)

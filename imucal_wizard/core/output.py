@@ -1,15 +1,17 @@
 """Output of the commands: safe lines for the terminal, and files written atomically."""
 
+import errno
+import itertools
 import os
 import stat
 import sys
 import unicodedata
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import PlaceError, UsageError
 
 _OBEYED = ("Cc", "Cf", "Cs", "Co")
 """Control, format (direction marks), surrogate and private characters."""
@@ -83,7 +85,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     second program leaves half a file. A symbolic link stays, and its target is replaced.
 
     Raises:
-        UsageError: the place is a folder or a device, or the file cannot be written.
+        UsageError: the place is a folder or a device.
+        PlaceError: the file cannot be written.
     """
     place = Path(os.path.realpath(path))
     draft = place.with_name(f".{place.name}.{os.urandom(6).hex()}")
@@ -97,13 +100,72 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
             if place.exists():
                 draft.chmod(stat.S_IMODE(place.stat().st_mode))
             draft.replace(place)
+            _sync_folder(place.parent)
         finally:
             draft.unlink(missing_ok=True)
     except OSError as error:
-        raise UsageError(
-            f"{path} cannot be written: {error.strerror or error}. Choose another place",
-            settings=("save",),
-        ) from error
+        other = place_elsewhere(place)
+        advice = "Choose another place" if other is None else f"There is room for it at {other}"
+        raise PlaceError(f"{path} cannot be written: {cause_of(error)}. {advice}", other) from error
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make the names in a folder outlast a loss of power, where the system can."""
+    with suppress(OSError):
+        file = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(file)
+        finally:
+            os.close(file)
+
+
+def cause_of(error: OSError) -> str:
+    """Why a file cannot be written, in words."""
+    return _CAUSES.get(errno.errorcode.get(error.errno or 0, ""), error.strerror or str(error))
+
+
+_CAUSES = {
+    "ENOSPC": "the disk is full",
+    "EDQUOT": "the quota of the disk is used up",
+    "EFBIG": "the limit of the size of a file is reached",
+    "EROFS": "the disk is read-only",
+    "EIO": "the disk does not work (input/output error)",
+}
+"""The causes that an operator can do something about, by the names of their error numbers."""
+PROBE_BYTES = 1 << 16
+"""Bytes that are written to find out why a file cannot grow."""
+ROOM_BYTES = 1 << 24
+"""Free bytes of a disk that is proposed instead of another one."""
+
+
+def why_it_cannot_grow(*files: Path) -> str:
+    """Why files of one folder cannot grow, "" if they can; tried by a file as large as they are."""
+    import tempfile
+
+    try:
+        size = max((one.stat().st_size for one in files if one.exists()), default=0)
+        with tempfile.TemporaryFile(dir=files[0].parent) as file:
+            os.pwrite(file.fileno(), b"\1" * PROBE_BYTES, size)
+            os.fsync(file.fileno())
+    except OSError as error:
+        return cause_of(error)
+    return ""
+
+
+def place_elsewhere(path: Path) -> Path | None:
+    """A free name for the same file on another disk where there is room; None without one."""
+    import shutil
+    import tempfile
+
+    for folder in (Path.home(), Path.cwd(), Path(tempfile.gettempdir())):
+        try:
+            other = folder.stat().st_dev != path.parent.stat().st_dev
+            room = shutil.disk_usage(folder).free >= ROOM_BYTES
+        except OSError:
+            continue
+        if other and room and os.access(folder, os.W_OK):
+            return next(one for one in numbered_names(folder / path.name) if not one.exists())
+    return None
 
 
 def refuse_special(path: Path) -> None:
@@ -116,6 +178,13 @@ def refuse_special(path: Path) -> None:
         raise UsageError(f"{path} is a folder; give a file in it", settings=("save",))
     if path.exists() and not path.is_file():
         raise UsageError(f"{path} is no regular file; choose another place", settings=("save",))
+
+
+def numbered_names(first: Path) -> Iterator[Path]:
+    """A name, and the same with the numbers 2, 3, … before its ending, without end."""
+    yield first
+    for number in itertools.count(2):
+        yield first.with_name(f"{first.stem}-{number}{first.suffix}")
 
 
 def begins_otherwise(path: Path, mark: bytes) -> bool:

@@ -13,7 +13,7 @@ from operator import attrgetter
 from types import CodeType, FunctionType
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["dataclass"]
+__all__ = ["dataclass", "fields_of"]
 
 if TYPE_CHECKING:
     from dataclasses import dataclass
@@ -38,6 +38,11 @@ else:
             return cls
 
         return made
+
+
+def fields_of(record: Any) -> dict[str, Any]:
+    """The fields of a record by name, for a document; their values are not converted."""
+    return {one.name: getattr(record, one.name) for one in dataclasses.fields(record)}
 
 
 def _is_plain(cls: type) -> bool:

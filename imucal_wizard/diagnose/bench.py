@@ -147,6 +147,21 @@ class Found:
     decided_by: str
 
 
+@dataclass(frozen=True)
+class ModelChange:
+    """A change of a model, by the names of its terms.
+
+    Attributes:
+        added: the term that was added, or None.
+        base: the base terms since then.
+        terms: the effects since then, each with its setting.
+    """
+
+    added: str | None
+    base: tuple[str, ...]
+    terms: tuple[tuple[str, float | None], ...]
+
+
 class Bench:
     """Models of one sensor, from one measurement.
 
@@ -198,7 +213,7 @@ class Bench:
     @property
     def left_out_unit(self) -> str:
         """What is left out to check the model."""
-        return "rotations" if self.fit.unit == "rad" else "directions"
+        return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
     def state(self, added: Terms, opinion: Opinion) -> None:
         """Write down why the newest terms were added.
@@ -360,23 +375,38 @@ class Bench:
         base = tuple(term for term in self.fit.base if term != name)
         return self._climb(fit(self.measured, terms, base), None)
 
-    def retrace(self, before: "Bench") -> None:
-        """Climb the same ladder as another bench has, on the data of this one.
+    @property
+    def changes(self) -> tuple[ModelChange, ...]:
+        """The changes that led to the present model."""
+        return tuple(
+            ModelChange(
+                above.added, one.base, tuple((term.name, term.variant) for term in one.terms)
+            )
+            for above, one in zip(self.ladder[1:], self._fits[1:], strict=True)
+        )
 
-        Effects that these data cannot show are left out, and rungs that they do not carry.
+    def retrace(self, changes: Sequence[ModelChange], own: Sequence[Effect] = ()) -> None:
+        """Change the model as another bench was changed, on the data of this one.
+
+        Effects that these data cannot show are left out, and models that they do not carry.
+
+        Args:
+            changes: those of the other bench.
+            own: effects that it offered; those that are known here are left out.
         """
-        for effect in before.catalogue:
-            if all(effect.name != one.name for one in self.catalogue):
+        for effect in own:
+            if all(effect.name != one.name for one in self.effects):
                 self.offer(effect)
-        for one, rung_before in zip(before._fits[1:], before.ladder[1:], strict=True):
-            terms = tuple(term for term in one.terms if self.lacking(term.effect) is None)
-            if (*one.base, *(term.name for term in terms)) == self.fit.model:
+        known = {one.name: one for one in self.effects if self.lacking(one) is None}
+        for change in changes:
+            terms = [Term(known[name], variant) for name, variant in change.terms if name in known]
+            if (*change.base, *(term.name for term in terms)) == self.fit.model:
                 continue
             try:
-                again = fit(self.measured, terms, one.base)
+                again = fit(self.measured, terms, change.base)
             except DataError:
                 continue
-            self._climb(again, rung_before.added)
+            self._climb(again, change.added)
 
     def undo(self) -> bool:
         """Go back to the model before; False at the first one."""

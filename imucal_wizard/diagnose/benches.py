@@ -74,6 +74,31 @@ class Benches:
         return tuple(name for name in SENSORS if name in self.report.sensors)
 
     @property
+    def opened(self) -> dict[str, Bench]:
+        """The benches that have been opened."""
+        return dict(self._benches)
+
+    @property
+    def models(self) -> dict[str, tuple[str, ...]]:
+        """The present model of each sensor whose bench has been opened."""
+        return {name: bench.fit.model for name, bench in self.opened.items()}
+
+    def changed(self, since: Mapping[str, Sequence[str]]) -> list[str]:
+        """The models that differ from earlier ones, in words.
+
+        Args:
+            since: earlier models by sensor; the first one of its bench where none is given.
+        """
+        words = []
+        for name, bench in self.opened.items():
+            model, base = bench.fit.model, bench.ladder[0].model
+            if tuple(since.get(name, base)) != model:
+                added = [f" + {term}" for term in model if term not in base]
+                without = [f" − {term}" for term in base if term not in model]
+                words.append(name + ("".join(added + without) or " as it was at first"))
+        return words
+
+    @property
     def passed(self) -> bool:
         """Whether the data determine the accelerometer's model, and it leaves only noise."""
         bench = self.bench(ACCELEROMETER)
@@ -107,7 +132,8 @@ class Benches:
             if bench.fit.reference is not None:
                 bench.referee = self._referee
             if sensor in self._benches:
-                bench.retrace(self._benches[sensor])
+                before = self._benches[sensor]
+                bench.retrace(before.changes, before.catalogue)
             self._benches[sensor], self._made[sensor] = bench, under
         return self._benches[sensor]
 
@@ -150,7 +176,9 @@ class Benches:
             bench = self.bench(name)
             if bench is None:
                 continue
-            if bench.fit.terms or (follows and bench.measured is not before.experiment):
+            smaller = bench.fit.base != bench.whole
+            moved_too = follows and bench.measured is not before.experiment
+            if bench.fit.terms or smaller or moved_too:
                 sensors[name] = replace(bench.fit, warnings=before.warnings)
         return replace(self.report, sensors=sensors)
 

@@ -39,7 +39,7 @@ class Floors:
     """The floors of one sensor, of holds (the gyroscope: of the rates at rest), in SI.
 
     Attributes:
-        within: by block means within the holds.
+        within: by block means within the holds; NaN where the sensor never rests.
         rounding: step / √12; None where the readings are not at hand.
         dithered: whether averaging takes the rounding away.
         repeats: how far the same pose differs from visit to visit; None without repeats.
@@ -62,8 +62,9 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     """
     table = extended.rows
     assert table is not None  # noqa: S101 (narrows the type)
+    rest = rows_at_rest(table)
     return Floors(
-        within=float(np.sqrt(np.mean(table.floor[rows_at_rest(table)] ** 2))),
+        within=float(np.sqrt(np.mean(table.floor[rest] ** 2))) if rest.any() else float("nan"),
         rounding=None if rounding is None else rounding.error,
         dithered=rounding is None or rounding.dithered,
         repeats=extended.repeatability,

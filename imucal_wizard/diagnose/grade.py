@@ -1,12 +1,14 @@
 """One word per sensor for a technician: good, doubtful or not usable, and why in one sentence."""
 
+import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
+from imucal_wizard.core.input import read_document
+from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS, FIELD_UNITS, RATE_UNITS, canonical_unit
@@ -18,16 +20,22 @@ Limits = Mapping[str, float]
 """The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
 _UNITS = {
     "accelerometer": ACCELERATION_UNITS,
-    "gyroscope": {"rad": 1.0, "deg": RATE_UNITS["deg/s"], "°": RATE_UNITS["deg/s"]},
+    "gyroscope": {
+        "rad": 1.0,
+        "deg": RATE_UNITS["deg/s"],
+        "°": RATE_UNITS["deg/s"],
+        **{unit: size * USUAL_ROTATION_SECONDS for unit, size in RATE_UNITS.items()},
+    },
     "magnetometer": FIELD_UNITS,
 }
-"""Units of the errors: a gyroscope's is the angle by which a rotation does not close."""
+"""Units of the errors: a gyroscope's is the angle by which a rotation does not close; a rate means
+what it sums up to in a usual rotation."""
 _REASONS = {
     Verdict.MISSING: "something is missing in the model",
     Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
-    Verdict.UNEXPLAINED: "more than noise is left, and nothing known here explains it",
+    Verdict.UNEXPLAINED: "more than noise is left, and nothing explains it for sure",
     Verdict.NOT_REPEATABLE: "the same pose does not repeat",
-    Verdict.DISTURBED: "something moved during the measurement",
+    Verdict.DISTURBED: "something probably moved during the measurement",
     Verdict.INSUFFICIENT: "the data are too few for this model",
     Verdict.WAITING: "the accelerometer has to be completed first",
 }
@@ -127,10 +135,8 @@ def read_limits(path: Path) -> Limits:
         UsageError: a key, grade, number or unit is not known.
     """
     try:
-        given = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        given = tomllib.loads(read_document(path).decode())
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is not TOML: {error}") from error
     try:
         return _limits(given)
@@ -155,13 +161,36 @@ def _limits(given: Mapping[str, object]) -> Limits:
     return {sensor: _limit(sensor, text) for sensor, text in wanted.items()}
 
 
+def given_limits(texts: Sequence[str], path: Path | None = None) -> dict[str, float]:
+    """Limits like ``accelerometer=2mg``, and those of a file before them.
+
+    Raises:
+        RecordingError: the file cannot be read or is no TOML.
+        UsageError: a sensor, number or unit is not known.
+    """
+    found = {} if path is None else dict(read_limits(path))
+    for text in texts:
+        sensor, equals, limit = text.partition("=")
+        if not equals or sensor.strip() not in _UNITS:
+            raise UsageError(
+                f"{text!r} is no limit; write a sensor, =, a number and a unit, like "
+                "accelerometer=2mg"
+            )
+        found[sensor.strip()] = _limit(sensor.strip(), limit)
+    return found
+
+
+_NUMBER = re.compile(r"([-+.\d]+(?:[eE][-+]?\d+)?)\s*(.*)")
+
+
 def _limit(sensor: str, text: object) -> float:
     """A limit like ``2 mg`` in the unit of the sensor's errors.
 
     Raises:
         UsageError: it is none.
     """
-    value, _, unit = str(text).strip().partition(" ")
+    parts = _NUMBER.fullmatch(str(text).strip())
+    value, unit = parts.groups() if parts else ("", "")
     factor = _UNITS[sensor].get(unit.strip(), _UNITS[sensor].get(canonical_unit(unit)))
     try:
         size = float(value)

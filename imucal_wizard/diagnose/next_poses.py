@@ -61,7 +61,7 @@ MAX_POSES_WHEN_SETTLED = 6
 MAX_PAIRS = 6
 """Pairs of explanations compared at most."""
 MAX_REPEATED_HOLDS = 4
-"""Holds that are measured again where nothing explains what is left: the worst ones."""
+"""Holds or rotations that are measured again where nothing explains what is left: the worst."""
 POSES_INSIDE_STEEP_PART = 4
 """With ``MIN_HOLDS_INSIDE`` of them inside, one may lie outside."""
 MIN_SPARE_DIRECTIONS = 2
@@ -142,6 +142,8 @@ def next_requests(
 ) -> tuple[Requests, tuple[Apart, ...]]:
     """What to measure next after a verdict, and the explanations that were compared for it."""
     table = bench.rows
+    if not bench.measured.guided:
+        return (), ()
     if not bench.measured.at_rest:
         return _next_circles(table, findings, verdict), ()
     if verdict is Verdict.AMBIGUOUS:
@@ -180,6 +182,8 @@ def to_measure(
         return next_requests(bench, accused, Verdict.DISTURBED)[0], None
     if diagnosis.next_poses:
         return diagnosis.next_poses, diagnosis.apart[-1] if diagnosis.apart else None
+    if not bench.measured.guided:
+        return (), None
     if not bench.measured.at_rest:
         return circles("more of them show smaller effects"), None
     inside = inside_steep_part(bench, findings)
@@ -230,22 +234,42 @@ def repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
         brief = f"hold {hold + 1} is accused, and one more there decides it"
         why = f"{_words(up)} again: hold {hold + 1} is accused, and one more hold there decides it"
         found.append(request(up, why, brief=brief))
-    for number in rotations:
-        closure = closure_of(table)
-        place = int(np.flatnonzero(closure.labels.index == number)[0]) // 2
-        first, past = closure.samples.offsets[place : place + 2]
-        axis = AXES[int(np.argmax((closure.motion.rate[first:past] ** 2).sum(axis=0)))]
-        up = closure.before[place]
-        why = f"rotation {number + 1} again, from {_words(up)}: one more rotation decides it"
-        brief = f"rotation {number + 1} once more, about {axis}"
-        found.append(request(up, why, brief=brief, axis=axis, count=1))
+    found += [_rotation_again(table, one, "one more rotation decides it") for one in rotations]
     return tuple(found)
 
 
+def _rotation_again(table: ResidualTable, number: int, why: str) -> MeasurementRequest:
+    """A rotation once more, about its main axis, from the pose in which it began."""
+    closure = closure_of(table)
+    place = int(np.flatnonzero(closure.labels.index == number)[0]) // 2
+    first, past = closure.samples.offsets[place : place + 2]
+    axis = AXES[int(np.argmax((closure.motion.rate[first:past] ** 2).sum(axis=0)))]
+    up = closure.before[place]
+    words = f"rotation {number + 1} again, from {_words(up)}, about {axis}: {why}"
+    brief = f"rotation {number + 1} once more, about {axis}"
+    return request(up, words, brief=brief, axis=axis, count=1)
+
+
 def corners_and_repeats(table: ResidualTable) -> Requests:
-    """Corners that were not held, then the holds that fit worst once more."""
+    """Corners that were not held, then the holds that fit worst once more.
+
+    Where rotations fit worse than holds do, the worst rotations once more.
+    """
+    white = (table.residual / table.floor) ** 2
+    moving = table.moving & table.judged
+    if moving.any() and white[moving].mean() > white[~table.moving].mean():
+        numbers = np.unique(table.index[moving])
+        size = np.sqrt([white[moving & (table.index == one)].mean() for one in numbers])
+        worst = np.argsort(-size, kind="stable")[:MAX_REPEATED_HOLDS]
+        return tuple(
+            _rotation_again(table, int(numbers[k]), _does_it_repeat(size[k])) for k in worst
+        )
     new = _corners_not_held(_ups(table)[1], "a direction that no hold has seen yet")
     return (*new, *worst_again(table))
+
+
+def _does_it_repeat(size: float) -> str:
+    return f"off by {size:.1f} times the noise; does it repeat?"
 
 
 def worst_again(table: ResidualTable) -> Requests:
@@ -258,7 +282,7 @@ def worst_again(table: ResidualTable) -> Requests:
     for place in np.argsort(-size, kind="stable"):
         words = _words(ups[place])
         if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
-            why = f"{words} again: off by {size[place]:.1f} times the noise; does it repeat?"
+            why = f"{words} again: {_does_it_repeat(size[place])}"
             chosen[words] = request(ups[place], why)
     return tuple(chosen.values())
 

@@ -9,7 +9,7 @@ which the eigenvectors of XᵀWX turn into sums of single numbers. Sizes, σ and
 averaged over; the repeats in r itself determine how large the noise is.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -112,17 +112,6 @@ class HypothesisSet:
         total = single.sum() + paired.sum(dtype=np.float64)
         noise = (single.sum(axis=0) + paired.sum(axis=1, dtype=np.float64)) / total
         by_sigma = np.concatenate([single.sum(axis=1), paired.sum(axis=0)]) / total
-        return self._weighed(evidence, noise, by_sigma)
-
-    def expected(self, log_weights: FloatArray) -> Posterior:
-        """The probabilities without pairs, from ``log_weights``."""
-        weight = np.exp(log_weights - log_weights.max()).sum(axis=1)
-        evidence = np.log(np.maximum(weight.sum(axis=(1, 2)), 1e-300)) - self.log_prior
-        weight /= weight.sum()
-        return self._weighed(evidence, weight.sum(axis=0), weight.sum(axis=1))
-
-    def _weighed(self, evidence: FloatArray, noise: FloatArray, by_sigma: FloatArray) -> Posterior:
-        """From the probability of each noise, and of each explanation and σ, (h + p, sigmas)."""
         share = by_sigma.sum(axis=1)
         sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
         count = len(self.single)
@@ -150,28 +139,6 @@ class HypothesisSet:
         for one, share in zip(self.single, found.single, strict=True):
             shares[one.kind] += float(share)
         return shares
-
-    def log_weights(self, squares: Callable[[FloatArray], FloatArray], prior: bool) -> FloatArray:
-        """Logarithms of likelihood and prior of every single explanation, size and noise.
-
-        Args:
-            squares: sum of squares of a residual along vectors, (m, k) to (k,). All is linear in
-                it: the weights for a sum of residuals that are independent are sums as well.
-            prior: with the part that does not depend on the residual.
-
-        Returns:
-            Shape (h, spreads, wanders, sigmas); without pairs.
-        """
-        along = squares(np.eye(len(self.frame.walk)))
-        totals = np.array([along @ own for own in self.frame.each_weights])
-        alone = self.frame.log_noise_of(totals) if prior else -0.5 * totals[:, None] / SQUARES
-        gains = [one.gains_of(squares(one.basis), prior) for one in self.spectra]
-        spreads = gains[0].shape[1]
-        nothing = np.zeros((1, spreads, *alone.shape))
-        found = alone + np.concatenate([nothing, np.stack(gains, axis=2)])
-        if prior:
-            found += self.log_prior[:, None, None, None] - np.log(spreads)
-        return np.asarray(found)
 
     def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
@@ -245,13 +212,9 @@ class Spectrum:
         Args:
             coordinates: of a residual, shape (m,).
         """
-        return self.gains_of(self.along(coordinates[None])[0] ** 2)
-
-    def gains_of(self, squares: FloatArray, prior: bool = True) -> FloatArray:
-        """The same from the squares of the rows; without ``prior`` only what these bring."""
-        rows = squares[:, None, None] * self.gain
-        found = np.add.reduceat(rows, self.starts, axis=0)
-        return np.asarray(0.5 * (found - self.log_det if prior else found)[self.order])
+        rows = (self.along(coordinates[None])[0] ** 2)[:, None, None] * self.gain
+        found = np.add.reduceat(rows, self.starts, axis=0) - self.log_det
+        return np.asarray(0.5 * found[self.order])
 
 
 def spectra(

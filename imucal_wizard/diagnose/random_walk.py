@@ -83,10 +83,7 @@ class Frame:
             coordinates: of residuals, shape (…, m).
         """
         squares = coordinates**2
-        return self.log_noise_of(np.stack([squares @ own for own in self.each_weights], axis=-1))
-
-    def log_noise_of(self, totals: FloatArray) -> FloatArray:
-        """The same from weighted sums of squares under each wander, shape (…, wanders)."""
+        totals = np.stack([squares @ own for own in self.each_weights], axis=-1)
         return np.asarray(self._log_volume - 0.5 * totals[..., None] / SQUARES)
 
 

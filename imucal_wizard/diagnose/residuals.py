@@ -11,10 +11,10 @@ from enum import IntEnum
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import complement
@@ -95,6 +95,8 @@ class WhitenedResiduals:
     time: FloatArray
     sigma: FloatArray
     group: IntArray
+    pose: IntArray
+    repeats: BoolArray
     visit: IntArray
     lever: FloatArray
     noise: FloatArray
@@ -120,11 +122,8 @@ class WhitenedResiduals:
 
     @property
     def visits(self) -> Visits:
-        """Which rows repeat one another.
-
-        A direction of the field comes again at another place of the room, which is no noise.
-        """
-        return Visits.of(self.kind < RowKind.ROTATION, self.group, self.visit, self.axis)
+        """Which rows repeat one another."""
+        return Visits.of(self.repeats, self.pose, self.visit, self.axis)
 
     def lack_of_fit(self) -> LackOfFit:
         """Whether measured noise makes what is left."""
@@ -143,8 +142,11 @@ class WhitenedResiduals:
         return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
 
 
-KINDS = {kind.name.lower(): kind for kind in RowKind} | {"heading": RowKind.ROTATION}
-"""Rows of a rotation: its closure against gravity, and against the field."""
+KINDS = {kind.name.lower(): kind for kind in RowKind} | {
+    "heading": RowKind.ROTATION,
+    "table": RowKind.ROTATION,
+}
+"""Rows of a rotation: its closure against gravity, and against the field; its angle on a table."""
 
 
 def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedResiduals:
@@ -171,6 +173,8 @@ def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedRes
         time=table.time,
         sigma=table.floor,
         group=table.group,
+        pose=table.pose,
+        repeats=~table.moving & table.repeats_are_noise,
         visit=table.visit,
         lever=table.lever,
         noise=table.noise,

@@ -8,9 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
@@ -19,6 +18,10 @@ SIMULATIONS = 400
 """Enough for a threshold at one per cent: four of them lie beyond it."""
 NOISE_SIZES: FloatArray = np.array([0.8, 1.0, 1.25, 1.6, 2.0, 2.6, 3.4, 4.5, 6.0, 8.0])
 """Noise, in units of that within the holds, at which chance is simulated."""
+SEEN_P = 0.01
+"""Chance that noise alone makes any suspect look as good, up to which a misfit is seen."""
+LEVELS: FloatArray = np.arange(0.0, 30.0, 0.1)
+"""Log odds among which the threshold is looked for; no more than noise alone ever reaches."""
 MIN_WANDER_PROBABILITY = 0.05
 """A wander of the noise less likely than this is not simulated."""
 MAX_LOG_ODDS = 80.0
@@ -38,10 +41,11 @@ class SimulatedOdds:
         """Share of simulations in which some suspect reaches these odds."""
         return (1.0 + float((self.best >= log_odds).sum())) / (1.0 + len(self.best))
 
-    @property
-    def threshold(self) -> float:
-        """Log odds that chance reaches once in a hundred recordings."""
-        return sample_quantile(self.best, 0.99)
+    @cached_property
+    def p_at_levels(self) -> FloatArray:
+        """The same for each of ``LEVELS``."""
+        below = np.searchsorted(np.sort(self.best), LEVELS)
+        return np.asarray((1.0 + len(self.best) - below) / (1.0 + len(self.best)))
 
 
 def members(hypotheses: HypothesisSet) -> dict[str, list[int]]:
@@ -67,6 +71,14 @@ def log_odds(evidence: FloatArray, hypotheses: HypothesisSet, places: list[int])
     share = weights - np.logaddexp.reduce(weights)
     odds = np.logaddexp.reduce(evidence[..., places] + share, axis=-1) - evidence[..., 0]
     return np.asarray(odds)
+
+
+def likely_noise(noise: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Probability of each wander that is not improbable, and its middle σ, shapes (…, wanders)."""
+    shares = noise.sum(axis=-1)
+    sizes = np.exp(noise @ np.log(SIGMAS) / np.maximum(shares, 1e-300))
+    shares = np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0)
+    return shares / shares.sum(axis=-1, keepdims=True), sizes
 
 
 class Chances:
@@ -96,21 +108,27 @@ class Chances:
             log_odds: of the suspect.
             noise: probability of each wander and σ, shape (wanders, sigmas).
         """
-        return sum(share * chance.p(log_odds) for share, chance in self._likely(noise))
+        shares, sizes = likely_noise(noise)
+        return sum(
+            float(share) * self.at(float(size), k).p(log_odds)
+            for k, (share, size) in enumerate(zip(shares, sizes, strict=True))
+            if share > 0.0
+        )
 
-    def threshold(self, noise: FloatArray) -> float:
-        """Log odds that such noise reaches once in a hundred recordings."""
-        return sum(share * chance.threshold for share, chance in self._likely(noise))
+    def threshold(self, noise: FloatArray) -> FloatArray:
+        """Log odds from which on p is at most 0.01, shape (k,).
 
-    def _likely(self, noise: FloatArray) -> list[tuple[float, SimulatedOdds]]:
-        """Simulations by their probability."""
-        shares = noise.sum(axis=1)
-        sizes = np.exp(noise @ np.log(SIGMAS) / np.maximum(shares, 1e-300))
-        shares = np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0)
-        shares /= shares.sum()
-        return [
-            (float(shares[k]), self.at(float(sizes[k]), int(k))) for k in np.flatnonzero(shares)
-        ]
+        Args:
+            noise: probability of each wander and σ in k recordings, shape (k, wanders, sigmas).
+        """
+        shares, sizes = likely_noise(noise)
+        keys = np.abs(np.log(NOISE_SIZES[:, None, None] / sizes)).argmin(axis=0)
+        p = np.zeros((len(noise), len(LEVELS)))
+        for wander in range(noise.shape[1]):
+            for key in distinct(keys[shares[:, wander] > 0.0, wander]):
+                own = np.where(keys[:, wander] == key, shares[:, wander], 0.0)
+                p += own[:, None] * self.at(float(NOISE_SIZES[key]), wander).p_at_levels
+        return np.asarray(LEVELS[np.argmax(p <= SEEN_P, axis=1)])
 
     def _simulated(self, sigma: float, wander: float) -> SimulatedOdds:
         """The best odds of any suspect in simulations of noise alone.

@@ -146,7 +146,8 @@ def diagnose_benches(
     """
     found = []
     for sensor in SENSORS:
-        if sensor == SENSORS[0] or sensor in benches.report.rates:
+        missing = sensor == SENSORS[0] and not benches.report.on_table
+        if missing or sensor in benches.report.rates:
             found.append(_of(benches, sensor, added.get(sensor, ()), automatic))
         elif added.get(sensor):
             raise UsageError(f"there is no {sensor} in this recording to add a term to")

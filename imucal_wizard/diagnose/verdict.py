@@ -275,13 +275,8 @@ def judge_misfit(
     """
     shares = shares_of(hypotheses, posterior)
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
-    heard, alone = None, shares
-    best = ExplainedVariance(misfit, hypotheses, posterior)
-    if hearing is not None and shares.present()[NOTHING] <= MAX_NOISE_PROBABILITY:
-        asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
-        plainest = [one[0] for one in asked[:1] if len(one) == 1]
-        alike = [(alias,) for term in plainest for alias in best.aliases(term)]
-        heard = hearing((*asked, *(one for one in alike if one not in asked)))
+    alone, best = shares, ExplainedVariance(misfit, hypotheses, posterior)
+    heard = None if hearing is None else _heard(hearing, shares, best)
     if heard is not None:
         evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
         shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
@@ -333,6 +328,20 @@ def judge_misfit(
             if heard is not None and len(_within(alone, family_of, family)) > len(members)
         ),
     )
+
+
+def _heard(
+    hearing: Callable[[tuple[Terms, ...]], Hearing | None],
+    shares: Shares,
+    best: ExplainedVariance,
+) -> Hearing | None:
+    """What another sensor says of the likely explanations and the aliases of the likeliest one."""
+    if shares.present()[NOTHING] > MAX_NOISE_PROBABILITY:
+        return None
+    asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
+    plainest = [one[0] for one in asked[:1] if len(one) == 1]
+    alike = [(alias,) for term in plainest for alias in best.aliases(term)]
+    return hearing((*asked, *(one for one in alike if one not in asked)))
 
 
 def leaves_structure(

@@ -6,24 +6,22 @@ decide where these data do not.
 
 import numpy as np
 
-from imucal_wizard.core.quantities import plus_minus, quantity, size_with_unit, with_unit
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.quantities import quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
-from imucal_wizard.diagnose.curve_shape import rms_size
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
+from imucal_wizard.diagnose.effect_text import (
+    dependence_text,
+    difference_at_one_g,
+    effect_text,
+    sizes_of,
+    sizes_text,
+)
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
-from imucal_wizard.diagnose.optimal_design import Explained
-from imucal_wizard.diagnose.suspects import Suspect, largest
+from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
-from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
 
-MIN_SIZE_IN_ERRORS = 3.0
-"""A size is named from so many standard errors on."""
-MAX_NAMED_PARAMETERS = 3
-"""Parameters of one effect that a sentence names."""
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
 equations as unknowns the ratio is about two."""
@@ -33,19 +31,6 @@ four poses chance makes twice."""
 MAX_LEFT_BY_ONE_CURVE = 0.2
 """Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
 LISTED_EXPLANATIONS = 4
-DEPENDS_ON = {
-    "force": "gravity",
-    "temperature": "the temperature",
-    "time": "the time",
-    "previous": "the pose before",
-    "vibration": "the vibration",
-    "current": "the current",
-}
-INPUT = {
-    ACCELEROMETER: "the force along an axis",
-    GYROSCOPE: "the rate of rotation",
-    MAGNETOMETER: "the direction of the field",
-}
 FAMILIES = {
     "even-order": "an error that is the same to either side",
     "odd-order": "an error that grows to both sides alike",
@@ -116,7 +101,7 @@ def _not_measured(bench: Bench) -> list[str]:
 
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     terms = [term for members in _opinion(diagnosis).terms for term in members]
-    told = [sentence for term in terms for sentence in _named(diagnosis, bench, term)]
+    told = [sentence for term in terms for sentence in effect_text(diagnosis, bench, term)]
     return told + _fall(diagnosis, bench)
 
 
@@ -138,7 +123,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         ]
     for term in diagnosis.added:
-        parts += _named(diagnosis, bench, term)
+        parts += effect_text(diagnosis, bench, term)
     parts += _fall(diagnosis, bench) if diagnosis.added or opinion.families else []
     kinds_of = {effect.name: effect.kind for effect in bench.catalogue}
     decides = [
@@ -187,8 +172,11 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"perhaps that was the wrong one. Take {known} out and look again."
             )
         ]
-    opinion, advice = _opinion(diagnosis), "The next poses show whether it repeats."
-    if not bench.measured.at_rest:
+    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
+    opinion, advice = _opinion(diagnosis), f"The next {things} show whether it repeats."
+    if not bench.measured.guided:
+        advice = "Record each mounting a second time: an error of the sensor comes again."
+    elif not bench.measured.at_rest:
         advice = (
             f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
             "room's field does not."
@@ -205,7 +193,12 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if opinion.probable:
         return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
     known = ", ".join(term.name for term in bench.fit.terms)
-    if opinion.shapeless:
+    nearest = _nearest(diagnosis)
+    if nearest is not None:
+        what = f"what {known} leaves" if known else "it"
+        sizes = _with_sizes(diagnosis, bench, nearest.term)
+        none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
+    elif opinion.shapeless:
         none = (
             f"It is {opinion.lack.ratio:.1f} times the noise within the holds and has the shape of "
             "no effect tested here."
@@ -262,43 +255,69 @@ def _curves_of_model(bench: Bench) -> list[str]:
 def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """The likeliest effect where it is not certain enough to be named."""
     likely = _opinion(diagnosis).probable
-    effect = next(one for one in bench.catalogue if one.name == likely[0])
-    sizes = sizes_text(effect, bench.sensor, *_sizes(diagnosis, bench, effect))
-    return [f"It is probably {_or(likely)} ({likely[0]} {sizes}), but that is not certain yet."]
+    names = _or((_with_sizes(diagnosis, bench, likely[0]), *likely[1:]))
+    names += "" if likely[1:] else f", which {dependence_text(bench, likely[0])}"
+    return [f"It is probably {names}, but that is not certain yet."]
 
 
-_COURSES = {
-    "time": "It follows the time: the bias wanders during the session",
-    "order": "It follows the pose before: each pose is read as its predecessor left the sensor",
-    "repetition": "It follows neither time nor the pose before: each placing is off by chance",
-}
-"""What the difference between repeats was seen against."""
+def _nearest(diagnosis: Diagnosis) -> Suspect | None:
+    """The likeliest effect of the catalogue, if noise alone hardly ever makes it as likely.
+
+    None where effects were added: the suspects are those of the model before.
+    """
+    effects = [one for one in diagnosis.suspects if one.likeliest and not one.likeliest.effect.free]
+    known = effects and not diagnosis.added and effects[0].p <= TEST_LEVEL
+    return effects[0] if known else None
+
+
+def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
+    """An effect with its sizes: ``second-order (x 5.1 ± 0.3 mg/g²)``."""
+    effect = next(one for one in bench.catalogue if one.name == term)
+    return f"{term} ({sizes_text(effect, bench.sensor, *sizes_of(diagnosis, bench, effect))})"
+
+
 MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
 
+def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """What the difference between repeats follows, as far as it was tested."""
+    opinion, nearest = _opinion(diagnosis), _nearest(diagnosis)
+    if not bench.measured.at_rest:
+        return ["The field differs from place to place or changes in time, or the bias wanders."]
+    if opinion.probable:
+        return _probably(diagnosis, bench)
+    if opinion.wandering > MIN_WANDERING:
+        return ["It follows the time: the bias wanders during the session."]
+    if nearest is not None:
+        sizes, follows = (
+            _with_sizes(diagnosis, bench, nearest.term),
+            dependence_text(bench, nearest.term),
+        )
+        return [f"{_capital(sizes)}, which {follows}, comes nearest, but is not certain."]
+    unseen = "These data do not show that it follows the time or the pose before"
+    return [f"{unseen}: each placing may be off by chance."]
+
+
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """How much the same pose differs, and against what."""
-    opinion, floors = _opinion(diagnosis), bench.ladder[-1].floors
+    floors = bench.ladder[-1].floors
     repeats = floors.repeats
     assert repeats is not None, "repeats were tested"  # noqa: S101 (narrows the type)
-    order = [one for one in diagnosis.suspects if one.term == "hysteresis"]
-    course = "repetition"
-    if opinion.wandering > MIN_WANDERING:
-        course = "time"
-    elif order and order[0] is diagnosis.suspects[0] and order[0].p <= TEST_LEVEL:
-        course = "order"
     size, within = (quantity(one, floors.unit) for one in (repeats.rms, floors.within))
     low, high = (quantity(one, floors.unit) for one in repeats.interval)
     interval = f"90 % interval {low} to {high}, {repeats.freedom} degrees of freedom"
+    what, noise = "pose", "noise within a hold"
+    if not bench.measured.at_rest:
+        what, noise = "direction of the field", "noise of its samples"
     return [
         (
-            f"The same pose does not repeat: {size} from visit to visit ({interval}), where the "
-            f"noise within a hold makes {within}."
+            f"The same {what} does not repeat: {size} from visit to visit ({interval}), where the "
+            f"{noise} makes {within}."
         ),
-        f"{_COURSES[course]}.",
+        *_course(diagnosis, bench),
         *_curves(diagnosis, bench),
-        f"No model of the pose can be judged below that. The error is {_against_noise(bench)}.",
+        f"No model of the {what} can be judged below that. The error is {_against_noise(bench)}.",
     ]
 
 
@@ -404,84 +423,6 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _named(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
-    """What the error depends on, which effect, its size, and what it costs to ignore it."""
-    effect = next(one for one in bench.effects if one.name == term)
-    sizes, errors = _sizes(diagnosis, bench, effect)
-    word = "In the model now" if term in bench.fit.model else "Missing"
-    follows = DEPENDS_ON.get(effect.against, INPUT[bench.sensor])
-    title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
-    return [
-        f"The {bench.sensor}'s error follows {follows}.",
-        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
-        f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
-    ]
-
-
-def _sizes(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArray, FloatArray]:
-    """As fitted where the effect is in the model, else as it would come out."""
-    for term, sizes, errors in zip(
-        bench.fit.terms, bench.fit.sizes, bench.fit.size_errors, strict=True
-    ):
-        if term.name == effect.name:
-            return sizes, errors
-    for one in diagnosis.suspects:
-        if one.term == effect.name and one.trial is not None:
-            return one.trial.size, one.trial.standard_error
-    count = len(effect.parameters(bench.sensor))
-    return np.zeros(count), np.full(count, np.nan)
-
-
-def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
-    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the most certain one.
-
-    Args:
-        effect: the effect.
-        sensor: whose.
-        sizes: shown unit, shape (p,).
-        errors: one standard deviation each, NaN where they are not known, shape (p,).
-    """
-    parameters = effect.parameters(sensor)
-    if effect.free:
-        size = with_unit(plus_minus(*rms_size(sizes, errors)), f"{parameters[0].unit} rms")
-        return f"{parameters[0].name[:1]} {size}"
-    certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
-    order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
-    clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
-    clear = clear or [largest(sizes, errors)]
-    parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
-    return with_unit(", ".join(parts), parameters[0].unit)
-
-
-def seen_from(one: Suspect) -> str:
-    """From which sizes on these data show an effect and name its family."""
-    if one.sized is None:
-        return ""
-    seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
-    if not np.isfinite(seen):
-        return "these data cannot show it at any size"
-    words = f"seen from {size_with_unit(seen, one.sized.unit)}"
-    if np.isfinite(named):
-        words += f", named from {size_with_unit(named, one.sized.unit)}"
-        if one.never_named:
-            words += f" but on {', '.join(one.never_named)} at no size"
-    else:
-        words += ", named at no size: other explanations leave as little"
-    if one.sized.variant is not None:
-        words += f" (at {one.sized.variant:.0f} s)"
-    hard = one.hardly_shown
-    return f"{words}; hardly ever on {', '.join(hard)}" if hard else words
-
-
-def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
-    price, when = cost_of_ignoring(effect, sensor, sizes), ""
-    if effect.against == "current":
-        when = " in a session whose motors draw up to 10 A"
-    elif effect.kind != "orientation":
-        when = " in a session of 20 minutes that warms the device by 20 °C"
-    return f"{price.words()}{when}"
-
-
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """How the error on data held out fell, or would fall."""
     unit, now, out = bench.fit.unit, bench.fit.rms_held_out, bench.left_out_unit
@@ -525,23 +466,6 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         ]
     return [f"Whether it is {names} changes up by {_degrees(angle)} rms: it matters at 1 g too."]
-
-
-def difference_at_one_g(first: Explained, second: Explained) -> float:
-    """Angle between the up directions by one explanation and by the other, rms, degrees.
-
-    Both at their estimated sizes, the base model fitted to either: what the magnitude of gravity
-    cannot see may still turn the vector.
-    """
-    c = session_poses()
-    errors = [
-        one.effect.columns(ACCELEROMETER, c, one.variant) @ one.size for one in (first, second)
-    ]
-    left = left_by_magnitude(c.force, errors[0] - errors[1])
-    up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
-    across = left - up * (left * up).sum(axis=1, keepdims=True)
-    angle = np.degrees(np.linalg.norm(across, axis=1) / c.gravity)
-    return float(np.sqrt(np.mean(angle**2)))
 
 
 def _would_decide(one: Apart, beyond: str) -> str:

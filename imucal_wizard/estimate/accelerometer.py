@@ -11,11 +11,12 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import Minimum, fit, minimum
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
-from imucal_wizard.estimate.parameters import triangular_parameters, unit_of
+from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
@@ -105,7 +106,7 @@ class AccelerometerExperiment(Experiment):
         )
         own = np.maximum(noise.accelerometer * gain**2, (MIN_NOISE * gravity) ** 2)
         self.long_rest = (
-            None if readings is None else long_rest(readings.accelerometer, holds, gain)
+            None if readings is None else long_rest(readings.accelerometer, holds, gain * np.eye(3))
         )
         repeats = len(distinct(labels.visit)) - len(distinct(group))
         self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
@@ -175,17 +176,11 @@ class AccelerometerExperiment(Experiment):
         return Parameters(*problem.matrix_and_bias(sphere(problem)))
 
     def constrained(self, calibration: Parameters, base: Sequence[str]) -> Parameters:
-        """See ``Experiment``.
-
-        Where the angle between x and z is nominal but the others are not, ``M_xz`` is their product
-        and not zero (Q, eq. 8).
-        """
+        """See ``Experiment``: M_xz where its angle is nominal but the others are not."""
         angles = set(self.identified.places) & set(PLACES["non-orthogonality"])
         if "non-orthogonality" not in base or not angles or 5 in angles:
             return calibration
-        matrix = calibration.matrix.copy()
-        matrix[0, 2] = matrix[0, 1] * matrix[1, 2] / matrix[1, 1]
-        return replace(calibration, matrix=matrix)
+        return replace(calibration, matrix=nominal_angle(calibration.matrix))
 
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
         """See ``Experiment``."""

@@ -6,6 +6,9 @@ functions costs more than a whole fit.
 
 import math
 
+EXACT_FREEDOM = 100_000
+"""Degrees of freedom of a variance that is known, as that of a certificate or of a theory."""
+
 
 def two_sided(t: float, freedom: int) -> float:
     """Probability that |t| of Student is larger by chance.

@@ -15,8 +15,9 @@ from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
 from imucal_wizard.model.terms import Terms
 
 if TYPE_CHECKING:
-    from imucal_wizard.estimate.fit import Minimum
+    from imucal_wizard.estimate.gauss_newton import Minimum
     from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
+    from imucal_wizard.estimate.table_steps import TableData
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +94,11 @@ class Experiment(ABC):
         settled: parameters that another fit has determined and that are reported with these.
         needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
             cannot be judged before that model is complete.
+        on_table: what a rate table did, of a gyroscope that was calibrated by it alone.
+        guided: the operator of the wizard can add rows to it; else no next poses are told.
         slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
             where that is not asked.
+        shows_slow_noise: what the operator does to show it.
     """
 
     sensor: str
@@ -112,7 +116,10 @@ class Experiment(ABC):
     at_rest: bool = True
     settled: "tuple[Parameter, ...]" = ()
     needs_reference: bool = False
+    guided: bool = True
+    on_table: "TableData | None" = None
     slow_noise_measured: bool | None = None
+    shows_slow_noise: str = "repeat some poses or rest for a minute"
 
     @abstractmethod
     def under(

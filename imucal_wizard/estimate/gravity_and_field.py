@@ -3,6 +3,7 @@
 Rotations about the vertical, which the fit by gravity leaves out, count here.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
@@ -18,24 +19,23 @@ from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
-from imucal_wizard.estimate.fit import fit, minimum
-from imucal_wizard.estimate.gyroscope import (
-    MIN_CLOSING_NOISE,
-    GyroscopeExperiment,
-    RotationSet,
-    determined_entries,
-    motion_of,
-)
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.gauss_newton import minimum
+from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE, GyroscopeExperiment, motion_of
+from imucal_wizard.estimate.gyroscope_fit import determined_entries
 from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
+from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.segmentation import largest_gap
 from imucal_wizard.model.rows.field_closure import FieldClosure
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.source import Parameters, RowLabels
@@ -119,19 +119,14 @@ def _turns(values: FloatArray, found: MagnetometerFit) -> bool:
 def segments(holds: Sequence[Hold], gyroscope: Series) -> list[Segment]:
     """The gyroscope between each hold and the next, where it is whole."""
     interval = median(np.diff(gyroscope.time)) if len(gyroscope) > 1 else 0.0
-    found = (
-        _segment(
-            index,
-            index + 1,
-            gyroscope.between(
-                holds[index].end - ROTATION_OVERLAP_SECONDS,
-                holds[index + 1].start + ROTATION_OVERLAP_SECONDS,
-            ),
-            interval,
-        )
-        for index in range(len(holds) - 1)
-    )
-    return [one for one in found if one is not None]
+    out = []
+    for index, (before, after) in enumerate(itertools.pairwise(holds)):
+        start, end = before.end, after.start
+        part = gyroscope.between(start - ROTATION_OVERLAP_SECONDS, end + ROTATION_OVERLAP_SECONDS)
+        one = _segment(index, index + 1, part, interval)
+        if one is not None and largest_gap(one.time, start, end) <= MAX_SAMPLE_INTERVALS * interval:
+            out.append(one)
+    return out
 
 
 def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Segment]:
@@ -245,6 +240,9 @@ def with_gyroscope(
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
     stage = replace(stage, added=added)
+    if better.degrees_of_freedom < 1:
+        note = "the rotations leave nothing to judge a fit to both references by"
+        return replace(stage, notes=(*stage.notes, note)), fit_before
     if not added.better:
         note = (
             "the gyroscope's fit to gravity alone foretells rotations left out better than the fit "
@@ -313,10 +311,11 @@ def _heading_rows(
         span=span,
         component=np.zeros(count, np.int64),
     )
+    turned_before, turned_after = turned.turned_inside(known.holds, rest, start)
     by_gravity = GravityClosure(
         samples=samples,
-        before=reference.up[before],
-        after=reference.up[after],
+        before=carried_inside(reference.up[before], turned_before),
+        after=carried_inside(reference.up[after], turned_after),
         before_doubt=np.zeros((count, 3, 0)),
         after_doubt=np.zeros((count, 3, 0)),
         noise=noise,
@@ -326,10 +325,15 @@ def _heading_rows(
     )
     by_field = replace(
         by_gravity,
-        before=np.array([field[hold] for hold in before]),
-        after=np.array([field[hold] for hold in after]),
+        before=carried_inside(np.array([field[hold] for hold in before]), turned_before),
+        after=carried_inside(np.array([field[hold] for hold in after]), turned_after),
     )
-    found = FieldClosure(by_gravity, by_field, np.column_stack([before, after]), noise, labels)
+    aligned, up = list(field), reference.up
+    turns_field = np.zeros((3, *up.shape))
+    turns_field[:, aligned] = leaning(up[aligned], np.array(list(field.values())))
+    ends = np.column_stack([before, after])
+    found = FieldClosure(by_gravity, by_field, ends, noise, labels, turns_field)
+    found = found.doubting(reference.doubt, reference.undetermined)
     by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
     return replace(found, noise=noise + by_magnetometer / found.level)
 

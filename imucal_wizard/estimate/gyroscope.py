@@ -5,54 +5,56 @@ one fit, each weighed by its own scatter.
 """
 
 import itertools
+from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
-from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
-from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray, Readings
-from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import Minimum, minimum
-from imucal_wizard.estimate.gyroscope_start import start_matrix
+from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.rounded import rate_shift
+from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
 from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
-from imucal_wizard.estimate.slow_noise import Between, Fitted, in_session, slow_rate, spans_of
+from imucal_wizard.estimate.slow_noise import (
+    Between,
+    Fitted,
+    LongRest,
+    in_session,
+    long_rest,
+    slow_rate,
+    spans_of,
+)
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
-from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
     SCALE_PRIOR,
     Nominal,
-    least_identifiable,
-    nominal_of,
 )
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import (
     BIAS,
     ENTRIES,
-    MATRIX,
     Parameters,
     RowLabels,
     RowSource,
 )
 
-MIN_ROTATION_SAMPLES = 3
-"""Of a rotation."""
+M = TypeVar("M", bound="Movable")
 MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
@@ -62,133 +64,21 @@ MIN_ROUNDING_SHARE = 0.01
 noise, but do not prove that there is less."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
-BLIND = 1e-10
-"""Share of a combination of gains in what the rotations show, below which they do not show it."""
 UNSTEADY = 9.0
 """Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
 
-@dataclass(frozen=True, eq=False)
-class RotationSet:
-    """The usable rotations between holds, ready to be integrated.
+class Movable(Experiment):
+    """An experiment that can begin elsewhere, with other entries determined."""
 
-    Attributes:
-        samples: of the m usable rotations.
-        usable: which of all rotations they are, shape (m,); the recording's own come first, those
-            that only a field makes useful have numbers beyond them.
-        before: the hold that each starts from, shape (m,).
-        after: the hold that it ends in, shape (m,).
-        up: direction of the calibrated specific force at each sample, shape (n, 3); None where
-            the accelerometer in the rotations was not kept.
-        rounding: variance by which the steps of the readings shift the mean rate of all holds
-            alike, reading units², shape (3,).
-    """
+    free: tuple[int, ...]
 
-    samples: RotationSamples
-    usable: IntArray
-    before: IntArray
-    after: IntArray
-    up: FloatArray | None
-    rounding: FloatArray
-
-    @property
-    def spans(self) -> FloatArray:
-        """Times of the first and last sample of each, s, shape (m, 2)."""
-        offsets = self.samples.offsets
-        return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
-
-    def rates(self, calibration: Parameters) -> FloatArray:
-        """Corrected rate of each sample, rad/s, shape (n, 3)."""
-        return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
-
-    def joined(
-        self,
-        first: int,
-        ends: Sequence[tuple[int, int]],
-        times: Sequence[FloatArray],
-        readings: Sequence[FloatArray],
-    ) -> "RotationSet":
-        """With further rotations.
-
-        Args:
-            first: number of the first of them.
-            ends: the hold before and the hold after each.
-            times: of the samples of each, s.
-            readings: of the gyroscope in each, its unit.
-        """
-        if not ends:
-            return self
-        own = self.samples
-        parts = [slice(*pair) for pair in itertools.pairwise(own.offsets.tolist())]
-        before, after = np.array(ends, np.int64).T
-        return replace(
-            self,
-            samples=rotation_samples(
-                [*(own.time[part] for part in parts), *times],
-                [*(own.reading[part] for part in parts), *readings],
-            ),
-            usable=np.concatenate([self.usable, first + np.arange(len(ends))]),
-            before=np.concatenate([self.before, before]),
-            after=np.concatenate([self.after, after]),
-            up=None,
-        )
+    @abstractmethod
+    def moved(self: M, start: Parameters, free: Sequence[int]) -> M:
+        """The same rows from another start, with other entries determined."""
 
 
-def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
-    """The rotations, with the problem named of those that cannot be integrated."""
-    return [replace(one, problem=one.problem or _problem(one)) for one in rotations]
-
-
-def _problem(rotation: Rotation) -> str | None:
-    if (
-        len(rotation.time) < MIN_ROTATION_SAMPLES
-        or strictly_later(rotation.time).sum() < MIN_ROTATION_SAMPLES
-    ):
-        return "no gyroscope samples in it"
-    if not (np.abs(rotation.rate) < MAX_READING).all() or not np.isfinite(rotation.time).all():
-        return "its gyroscope samples are not all numbers"
-    force = rotation.accelerometer
-    if force is not None and not (np.abs(force) < MAX_READING).all():
-        return "its accelerometer samples are not all numbers"
-    return None
-
-
-def rotation_set(
-    holds: Sequence[Hold], rotations: Sequence[Rotation], accelerometer: SensorFit
-) -> RotationSet:
-    """The usable ones of examined rotations.
-
-    Raises:
-        DataError: there is none, or no mean of the gyroscope at rest.
-    """
-    places = {(hold.start, hold.end): index for index, hold in enumerate(holds)}
-    found = []
-    for index, one in enumerate(rotations):
-        before = places.get((one.before.start, one.before.end))
-        after = places.get((one.after.start, one.after.end))
-        if one.problem is None and before is not None and after is not None:
-            found.append((index, before, after))
-    if not found or not any(has_rate(hold) for hold in holds):
-        raise DataError("no usable rotation between two holds")
-    table = np.array(found, np.int64)
-    turned = [rotations[i] for i in table[:, 0]]
-    samples = rotation_samples([one.time for one in turned], [one.rate for one in turned])
-    forces = [
-        one.accelerometer[strictly_later(one.time)]
-        for one in turned
-        if one.accelerometer is not None
-    ]
-    up = None
-    if len(forces) == len(turned):
-        force = (np.concatenate(forces) - accelerometer.bias) @ accelerometer.matrix.T
-        length = lengths(force)[:, None]
-        up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
-    return RotationSet(
-        samples, table[:, 0], table[:, 1], table[:, 2], up, rate_shift(holds, turned)
-    )
-
-
-class GyroscopeExperiment(Experiment):
+class GyroscopeExperiment(Movable):
     """Rates at rest and closures against gravity.
 
     Args:
@@ -235,6 +125,9 @@ class GyroscopeExperiment(Experiment):
                 resting = partial(spectrum_at_rest, series, holds, start.matrix)
             lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample, resting)
         self.lost = lost
+        self.long_rest = None
+        if readings is not None and readings.gyroscope is not None:
+            self.long_rest = long_rest(readings.gyroscope, holds, start.matrix)
         rows, noise = self._resting, self._noise()
         self.resting = [holds[i] for i in rows]
         self.circumstances = known.select(rows)
@@ -280,11 +173,12 @@ class GyroscopeExperiment(Experiment):
         self, known: Circumstances, noise: FloatArray, walk: FloatArray
     ) -> GravityClosure:
         one, reference = self.rotations, self.of
+        before, after = self._ends()
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
             samples=one.samples,
-            before=reference.up[one.before],
-            after=reference.up[one.after],
+            before=before,
+            after=after,
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
             usual=reference.undetermined,
@@ -307,6 +201,13 @@ class GyroscopeExperiment(Experiment):
             ),
         )
 
+    def _ends(self) -> tuple[FloatArray, FloatArray]:
+        """Up where each rotation begins and where it ends, shape (m, 3) each."""
+        one, up = self.rotations, self.of.up
+        rest = rest_of(self.holds, self._start.matrix)
+        before, after = one.turned_inside(self.holds, rest, self._start)
+        return carried_inside(up[one.before], before), carried_inside(up[one.after], after)
+
     def _still_samples(self) -> BoolArray:
         """Samples at either end of a rotation that still show what the rests show, shape (n,)."""
         samples = self.rotations.samples
@@ -326,7 +227,10 @@ class GyroscopeExperiment(Experiment):
         resting, closing, walk = other._noise()
         motion = replace(self.closure.motion, rate=self.rotations.rates(start))
         other.rest = replace(self.rest, noise=resting)
-        other.closure = replace(self.closure, noise=closing, walk=walk, motion=motion)
+        before, after = other._ends()
+        other.closure = replace(
+            self.closure, before=before, after=after, noise=closing, walk=walk, motion=motion
+        )
         other.sources = (other.rest, other.closure, *self.sources[2:])
         return other
 
@@ -350,7 +254,8 @@ class GyroscopeExperiment(Experiment):
         reference, readings = reference or self.of, readings or self.readings
         if reference is self.of and readings is self.readings:
             return self
-        more = [source.under(reference.up) for source in self.sources[2:]]
+        known = reference.up, reference.doubt, reference.undetermined
+        more = [source.under(*known) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
 
@@ -422,48 +327,42 @@ class GyroscopeExperiment(Experiment):
         return unit_of(name, self.unit, "rad/s")
 
     def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
-        """See ``Experiment``: the bias of each axis wanders by itself, and the rests show it.
+        """See ``Experiment``."""
+        known = in_session_by_rests(found, self.resting, self.long_rest)
+        if known is None:
+            return None
+        # gains that are left at their nominal values are no result and have no variance
+        fitted = found.directions.columns.any(axis=1)
+        return known + np.where(np.outer(fitted, fitted), self._of_nominal_gains(found), 0.0)
 
-        It wanders in the rotations, too, and the rests tell by how much.
-        """
-        balance, system, spans = found.balance, found.system, spans_of(self.resting)
-        if balance.freedom.min() < 1.0:
+    def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
+        """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
+        whole, plain, balance = self.in_session(found), found.covariance(), found.balance
+        if whole is None or plain is None or found.base != BASE:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))
-        pull, alike = basis @ found.pull()[free], np.ones(2 * (len(spans),))
-        resting = self.rest.reading.size
-        axes = [slice(axis, resting, 3) for axis in range(3)]
-        turned = np.concatenate([one.labels.span for one in self.sources[1:]])
-        moments, which = np.unique(turned, axis=0, return_inverse=True)
-        lever = np.concatenate([rows.lever for rows in found.rows[1:]])
-        slow = np.zeros((len(system.residual), 3, len(moments)))
-        slow[np.arange(resting, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
-        slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[resting:]
-        out = in_session(
-            spans,
-            [
-                Fitted(
-                    system.residual[rows],
-                    system.columns[rows],
-                    balance.variance[rows],
-                    alike,
-                    pull[:, rows],
-                )
-                for rows in axes
-            ],
-            measured=True,
-            between=Between(
-                moments,
-                np.moveaxis(slow, 1, 0),
-                pull[:, resting:],
-                system.own[resting:],
-                found.white_variance[resting:],
-            ),
-        )
-        if out is None:
-            return None
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
-        return np.asarray(out + basis @ by_priors[free, free] @ basis.T)
+        beyond = whole - basis @ (plain - by_priors)[free, free] @ basis.T
+        fitted = basis.any(axis=1)
+        nominal = np.where(np.outer(fitted, fitted), 0.0, self._of_nominal_gains(found))
+        return np.asarray(beyond + nominal)
+
+    def _of_nominal_gains(self, found: Minimum[Experiment]) -> FloatArray:
+        """Covariance of M and b by gains that the rotations do not determine, (12, 12).
+
+        They may be wrong by what datasheets allow, and move what is fitted beside them.
+        """
+        left = [entry for entry in range(9) if entry not in self.free]
+        if not left or found.base != BASE:
+            return np.zeros((ENTRIES, ENTRIES))
+        basis, balance = found.directions.columns, found.balance
+        own = np.concatenate([rows.base_columns()[:, left] for rows in found.rows])
+        weighted = found.system.columns / balance.variance[:, None]
+        pulled = balance.covariance @ (weighted.T @ found.independent.rows(own))
+        moved = np.eye(ENTRIES)[:, left] - basis @ pulled[: basis.shape[1]]
+        size = float(np.linalg.norm(found.calibration.matrix, 2))
+        moved *= size * np.where(np.isin(left, self.nominal.scales), SCALE_PRIOR, CROSS_PRIOR)
+        return np.asarray(moved @ moved.T)
 
     def shift(self, rotations: Sequence[int]) -> FloatArray:
         """Variance by which the mean of the rests before rotations is off, reading units², (3,).
@@ -494,106 +393,62 @@ class GyroscopeExperiment(Experiment):
         return int((noise > UNSTEADY * median(noise)).sum())
 
 
-def gyroscope_experiment(
-    holds: Sequence[Hold],
-    rotations: Sequence[Rotation],
-    accelerometer: SensorFit,
-    unit: str,
-    readings: Readings | None = None,
-) -> GyroscopeExperiment:
-    """The experiment of these rotations, with a first calibration of what they determine.
+def in_session_by_rests(
+    found: Minimum[Experiment], resting: Sequence[Hold], rest: LongRest | None = None
+) -> FloatArray | None:
+    """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
-    The arguments and errors are those of ``gyroscope_minimum``.
-    """
-    return gyroscope_minimum(holds, rotations, accelerometer, unit, readings).experiment
-
-
-def gyroscope_minimum(
-    holds: Sequence[Hold],
-    rotations: Sequence[Rotation],
-    accelerometer: SensorFit,
-    unit: str,
-    readings: Readings | None = None,
-) -> Minimum[GyroscopeExperiment]:
-    """The fit without effects of what these rotations determine.
+    The bias of each axis wanders by itself. It wanders in the rotations, too, and the rests tell by
+    how much.
 
     Args:
-        holds: those that the accelerometer was fitted to.
-        rotations: between them; those with a problem are left out.
-        accelerometer: its fit, with the effects it has.
-        unit: of the readings.
-        readings: what the holds were found in, for the session's beginning and the temperature.
+        found: a fit whose first rows are the rates at rest.
+        resting: their holds.
+        rest: one so long that it shows slow noise by itself.
 
-    Raises:
-        DataError: no usable rotation, no mean at rest, or the rotations do not determine a scale
-            that has no nominal value.
+    Returns:
+        None where nothing is left to judge by.
     """
-    if accelerometer.reference is None:
-        raise DataError("there is no fitted accelerometer to go on from")
-    turned, known = rotation_set(holds, rotations, accelerometer), unit != COUNT
-    reference = accelerometer.reference
-    rest = np.array([hold.gyroscope for hold in holds if has_rate(hold)], float).mean(axis=0)
-    ends = reference.up[turned.before], reference.up[turned.after]
-    matrix = start_matrix(turned.samples, *ends, turned.up, rest, known)
-    nominal = nominal_of(matrix, known)
-    start = Parameters(matrix, rest)
-    rough = GyroscopeExperiment(holds, turned, reference, unit, start, nominal, readings=readings)
-    # datasheets hold what the rotations do not show, so that the first fit can tell what they do
-    prior = np.zeros(ENTRIES)
-    prior[MATRIX] = (CROSS_PRIOR * np.linalg.norm(matrix, 2)) ** -2.0
-    prior[list(nominal.scales)] = (SCALE_PRIOR * np.linalg.norm(matrix, 2)) ** -2.0
-    whole = replace(rough.directions(BASE), precision=prior)
-    found = minimum(rough, directions=whole)
-    free = determined_entries(found, nominal, tuple(range(ENTRIES)))
-    while True:
-        found = minimum(rough.moved(found.calibration, free))
-        again = determined_entries(found, nominal, free)
-        if again == free:
-            break
-        free = again
-    return found
-
-
-def determined_entries(
-    found: Minimum[Experiment], nominal: Nominal, free: tuple[int, ...]
-) -> tuple[int, ...]:
-    """Which of the entries fitted the rows determine; the worst known gain goes first.
-
-    Raises:
-        DataError: a scale is not determined and has no nominal value.
-    """
-    gain = float(np.linalg.norm(found.calibration.matrix, 2))
-    count, entries = len(found.directions), list(free)
-    columns = found.system.columns[:, :count]
-    whole = columns.T @ (columns / found.balance.variance[:, None])
-    while True:
-        rows = [free.index(entry) for entry in entries]
-        inverse, blind = _inverse(whole[np.ix_(rows, rows)])
-        covariance, share = np.zeros((9, 9)), np.zeros(9)
-        gains = [place for place, entry in enumerate(entries) if entry < 9]
-        at = [entries[place] for place in gains]
-        covariance[np.ix_(at, at)] = inverse[np.ix_(gains, gains)] / gain**2
-        share[at] = blind[gains]
-        drop = least_identifiable(covariance, share, entries, nominal)
-        if drop is None:
-            return tuple(entries)
-        nominal.check(drop)
-        entries.remove(drop)
-        if not set(nominal.scales) & set(entries):
-            raise DataError(
-                "the rotations determine none of the gyroscope's scales: turn the device about "
-                "each axis in both senses between still positions, with that axis level"
+    balance, system, spans = found.balance, found.system, spans_of(resting)
+    if balance.freedom.min() < 1.0:
+        return None
+    sources = found.experiment.sources
+    basis, free = found.directions.columns, slice(0, len(found.directions))
+    pull, alike = basis @ found.pull()[free], np.ones(2 * (len(spans),))
+    count = len(sources[0].labels)
+    axes = [slice(axis, count, 3) for axis in range(3)]
+    turned = np.concatenate([one.labels.span for one in sources[1:]])
+    moments, which = np.unique(turned, axis=0, return_inverse=True)
+    lever = np.concatenate([rows.lever for rows in found.rows[1:]])
+    slow = np.zeros((len(system.residual), 3, len(moments)))
+    slow[np.arange(count, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
+    slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[count:]
+    out = in_session(
+        spans,
+        [
+            Fitted(
+                system.residual[rows],
+                system.columns[rows],
+                balance.variance[rows],
+                alike,
+                pull[:, rows],
             )
-
-
-def _inverse(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Inverse over what is determined, and each parameter's share in what is not."""
-    scale = np.sqrt(np.diag(normal))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
-    seen = values > BLIND
-    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
-    return inverse / np.outer(scale, scale), (vectors[:, ~seen] ** 2).sum(axis=1)
+            for rows in axes
+        ],
+        measured=True,
+        rest=rest,
+        between=Between(
+            moments,
+            np.moveaxis(slow, 1, 0),
+            pull[:, count:],
+            system.own[count:],
+            found.white_variance[count:],
+        ),
+    )
+    if out is None:
+        return None
+    by_priors = (balance.covariance * balance.precision) @ balance.covariance
+    return np.asarray(out + basis @ by_priors[free, free] @ basis.T)
 
 
 def motion_of(

@@ -14,7 +14,8 @@ from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.fit import report
-from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, examined, gyroscope_minimum
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.methods.single_axis import (
@@ -26,6 +27,7 @@ from imucal_wizard.estimate.methods.single_axis import (
 from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import AxisComparison, SensorFit
+from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.measurement.holds import Hold, Rotation
 
@@ -88,22 +90,21 @@ def fit_gyroscope(
     rotations, reference = examined(rotations), accelerometer.reference
     if reference is None:
         raise DataError("there is no fitted accelerometer to go on from")
+    args = holds, rotations, accelerometer, unit, readings
     if method == "offset":  # needs no rotation, so nothing below may refuse it
         turned = [rotation for rotation in rotations if rotation.problem is None]
         rounding = rate_shift(holds, turned) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
         offset = method_of("gyroscope", method).run(data)
         with suppress(DataError):
-            args = holds, rotations, accelerometer, unit, readings
-            experiment = gyroscope_minimum(*args).experiment
-            offset = replace(offset, experiment=experiment)
+            offset = replace(offset, experiment=gyroscope_minimum(*args).experiment)
         return replace(_none(rotations, ""), fit=offset, warnings=offset.warnings)
 
     # all gains by the closures, whatever the method: the others begin with or stand beside them
     silent: tuple[str, ...] = ()
     try:
         silent = silent_axes(holds, rotations)
-        fitted = gyroscope_minimum(holds, rotations, accelerometer, unit, readings)
+        fitted = gyroscope_minimum(*args)
         experiment, found = fitted.experiment, report(fitted)
     except DataError as error:
         return _none(rotations, str(error), silent)
@@ -111,20 +112,7 @@ def fit_gyroscope(
     if found.outlier is not None:
         odd = replace(found.outlier, index=int(usable[found.outlier.index]))
         found = replace(found, outlier=odd)
-    if experiment.unsteady:
-        note = (
-            f"{experiment.unsteady} of {len(usable)} rotations begin or end while the device was "
-            "not steady: they weigh less, and their closure shows the hand"
-        )
-        found = replace(found, warnings=(*found.warnings, note))
-
-    if experiment.undersampled is not None:
-        angle = quantity(experiment.undersampled, "rad")
-        note = (
-            f"the hand trembles faster than the gyroscope is sampled, which may leave {angle} in a "
-            "rotation, more than all other noise: sample faster or turn more calmly"
-        )
-        found = replace(found, warnings=(*found.warnings, note))
+    found = replace(found, warnings=(*found.warnings, *_noise_notes(experiment)))
 
     # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)
@@ -147,6 +135,24 @@ def fit_gyroscope(
     table = comparison(single, experiment, found)
     warnings = (*silent, *result.warnings)
     return GyroscopeReport(result, named, angles, table, warnings, found.outlier)
+
+
+def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
+    """What makes the rotations noisier than the gyroscope, and what to do about it."""
+    notes = []
+    if experiment.unsteady:
+        count = len(experiment.rotations.usable)
+        notes.append(
+            f"{experiment.unsteady} of {count} rotations begin or end while the device was not "
+            "steady: they weigh less, and their closure shows the hand"
+        )
+    if experiment.undersampled is not None:
+        angle = quantity(experiment.undersampled, "rad")
+        notes.append(
+            f"the hand trembles faster than the gyroscope is sampled, which may leave {angle} in a "
+            "rotation, more than all other noise: sample faster or turn more calmly"
+        )
+    return notes
 
 
 def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) -> GyroscopeReport:

@@ -6,11 +6,11 @@ import numpy as np
 
 from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.limits.stillness import MIN_SELECTED_RATIO, MIN_SPEED_RATIO
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
-from imucal_wizard.estimate.fit import Minimum, groups_by_size, left_out, outlier_of, unexplained
+from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.held_out import groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import (
@@ -61,10 +61,8 @@ def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None
     Raises:
         DataError: they turn nearly as fast as the device does between them.
     """
-    within, between = turning_rates(stream, holds)
-    share = sum(hold.end - hold.start for hold in holds) / stream.seconds
-    selected = MIN_SELECTED_RATIO * np.sqrt(2.0 / share) if share > 0.0 else 0.0
-    if between < max(MIN_SPEED_RATIO, selected) * within:
+    within, between, slow = turning_rates(stream.blocks, stream.gravity, holds)
+    if slow:
         raise DataError(
             f"the device was never at rest: it turns at {np.degrees(within):.2g} °/s where it is "
             f"calmest and at {np.degrees(between):.2g} °/s otherwise. Put it down or lean it on "

@@ -34,6 +34,9 @@ class FitOptions:
         gyroscope_method: ``vector``, ``static``, ``dynamic`` or ``offset``; which is the result.
         magnetometer_method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
         field: magnitude of the local magnetic field, µT, or None when it is not known.
+        rates: magnitudes of the constant rates of a rate table that turned the gyroscope, rad/s.
+        turns: magnitudes of the angles by which a turntable turned it between rests, rad.
+        left_out: spans, s, that neither holds nor rotations may be made of.
     """
 
     gravity: float = STANDARD_GRAVITY
@@ -41,6 +44,9 @@ class FitOptions:
     gyroscope_method: str = "vector"
     magnetometer_method: str = "orthogonal"
     field: float | None = None
+    rates: tuple[float, ...] = ()
+    turns: tuple[float, ...] = ()
+    left_out: tuple[tuple[float, float], ...] = ()
 
 
 def fit_holds(
@@ -160,7 +166,7 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     """Warnings about the accelerometer's unit and hand-held holds."""
     notes = list(fit.warnings)
     if fit.bias_unit != COUNT:
-        notes += _unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
+        notes += unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
@@ -179,7 +185,8 @@ FAR = 0.2
 """No sensor's scale is wrong by 20 %; its unit, range or sampling rate is."""
 
 
-def _unit_notes(scale: float) -> list[str]:
+def unit_notes(scale: float) -> list[str]:
+    """What explains an accelerometer's scale (true over read) that no sensor has."""
     reads = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²"
     for unit, size in MISTAKEN_UNITS:
         if abs(np.log(scale * size)) < NEAR:
@@ -204,7 +211,7 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     if fit is None:
         return notes
     scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
-    wrong_scale = [] if unit == COUNT else _scale_notes(scale, rate)
+    wrong_scale = [] if unit == COUNT else scale_notes(scale, rate)
     notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
     matrix = fit.matrix / scale
     best = np.abs(matrix).argmax(axis=1)
@@ -220,13 +227,13 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     return notes
 
 
-def _scale_notes(scale: float, rate: float) -> list[str]:
+def scale_notes(scale: float, rate: float) -> list[str]:
     """What explains a gyroscope's scale that no sensor has.
 
     Args:
         scale: true rate over reading, of all axes together.
         rate: sampling rate that the times or the user claim, Hz. The angle is the integral over
-            time, so a rate claimed twice too high doubles the scale.
+            time, so a rate claimed twice too high doubles the scale; 0 where it does not matter.
     """
     if abs(np.log(scale)) <= FAR:
         return []

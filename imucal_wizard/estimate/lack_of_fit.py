@@ -65,7 +65,10 @@ class LackOfFit:
 
     @property
     def _visits_explain(self) -> bool:
-        return self.p_visits is not None and self.p_visits >= TEST_LEVEL
+        """Visits that differ by no more than the noise within the holds explain nothing."""
+        if self.share is None or self.p_visits is None:
+            return False
+        return self.share > 1.0 and self.p_visits >= TEST_LEVEL
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +139,7 @@ def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     """The test of a fit's residuals without some rows, which another fit would leave out."""
     out = np.zeros(len(table), np.bool_)
     out[rows] = True
-    visits = Visits.of(
-        ~table.moving & table.repeats_are_noise, table.group, table.visit, table.axis
-    )
+    visits = Visits.of(~table.moving & table.repeats_are_noise, table.pose, table.visit, table.axis)
     # an error of its own for each of these rows takes them out
     columns = table.whitened(np.column_stack([table.columns, np.eye(len(table))[:, out]]))
     residual = table.whitened(table.residual)

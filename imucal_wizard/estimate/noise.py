@@ -274,7 +274,9 @@ class Rest:
         mean: variance of each mean rate, (rad/s)², shape (h, 3).
         moved: variance of the rate with which the device itself turned, (rad/s)², shape (h,).
         end: variance of the direction at either end of the hold about its mean by that, rad²,
-            shape (h,).
+            shape (h,); where the gyroscope carries the direction, that of its noise.
+        carried: the device turned by more in the hold than the gyroscope's noise, which carries
+            the mean direction to either end, shape (h,).
         per_second: variance × time of the corrected rate by noise alone, rad²/s, shape (3,).
         per_sample: the same by single samples, whose noise a filter in the sensor may lessen, (3,).
     """
@@ -282,6 +284,7 @@ class Rest:
     mean: FloatArray
     moved: FloatArray
     end: FloatArray
+    carried: BoolArray
     per_second: FloatArray
     per_sample: FloatArray
 
@@ -304,7 +307,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     per_second = (matrix**2) @ density
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
-    growth, per_sample = np.ones(len(holds)), density
+    growth, per_sample, alone = np.ones(len(holds)), density, np.full(len(holds), np.nan)
     if (density > 0.0).all():
         # of each axis over the common noise: by its mean and by single samples
         unknown = np.full(3, np.nan)
@@ -316,11 +319,15 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
         )
         freedom = 3 * np.array([one.noise_freedom for one in holds])
         many = 3 * np.array([one.samples - 1 for one in holds])
-        growth = _moderated(batches.mean(axis=1), samples.mean(axis=1), freedom, many)[0]
+        alone = samples.mean(axis=1)
+        growth = _moderated(batches.mean(axis=1), alone, freedom, many)[0]
         if np.isfinite(samples).all():
             per_sample = density * [median(one) for one in samples.T]
     moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
     mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
-    return Rest(
-        mean, moved, moved * (0.5 * seconds) ** 2, per_second, (matrix**2) @ np.asarray(per_sample)
-    )
+    # carrying integrates noise: that of its own samples counts, which no slow motion changes
+    end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
+    known = np.array([one.gyroscope_turn is not None for one in holds])
+    carried = known & (end > noise * alone)  # NaN where no noise is known
+    end = np.where(carried, np.minimum(noise, end), end)
+    return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample))

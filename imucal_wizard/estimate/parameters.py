@@ -34,6 +34,16 @@ def triangular_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, flo
     }
 
 
+def nominal_angle(matrix: FloatArray) -> FloatArray:
+    """The matrix with the angle between x and z at its nominal value, zero.
+
+    ``M_xz`` is then the product of the others and not zero (Q, eq. 8).
+    """
+    out = matrix.copy()
+    out[0, 2] = matrix[0, 1] * matrix[1, 2] / matrix[1, 1]
+    return out
+
+
 def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
     """Biases, sensitivities and the six cross-axis gains ``M_ij / M_jj`` of a full matrix.
 

@@ -3,10 +3,13 @@
 What only a magnetometer needs is imported where there is one.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.inertial import FitOptions, fit_holds
 from imucal_wizard.estimate.result import FitReport
@@ -28,6 +31,10 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
         DataError: the recording does not carry a calibration.
     """
     options = options or FitOptions()
+    if options.rates or options.turns:
+        from imucal_wizard.estimate.rate_table import fit_with_table
+
+        return fit_with_table(readings, options, fit_readings)
     if readings.magnetometer is None:
         return _inertial(readings, options)
     from imucal_wizard.estimate.gravity_and_field import segments
@@ -44,7 +51,8 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
         options.gravity,
         readings.warnings,
     )
-    turns = [] if gyroscope is None else segments(report.holds, gyroscope)
+    on_table = bool(options.left_out)
+    turns = [] if gyroscope is None or on_table else segments(report.holds, gyroscope)
     report = with_second_stage(report, series, turns)
     notes = repeats_note(readings.magnetometer, series)
     return replace(report, warnings=(*report.warnings, *notes))
@@ -65,10 +73,12 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
-    holds, steps = find_holds(readings, options.gravity)
+    holds, steps = find_holds(_without(readings, options.left_out), options.gravity)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
+    for start, end in options.left_out:
+        rotations = [one for one in rotations if one.time[-1] < start or one.time[0] > end]
     rates = {"accelerometer": readings.accelerometer.rate}
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
@@ -76,6 +86,25 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+    )
+
+
+def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:
+    """Accelerometer and gyroscope without the samples of some spans of time."""
+
+    def kept(series: Series) -> Series:
+        rows = np.ones(len(series), bool)
+        for start, end in spans:
+            rows &= (series.time < start) | (series.time > end)
+        return Series(series.time[rows], series.values[rows], series.unit)
+
+    if not spans:
+        return readings
+    gyroscope = readings.gyroscope
+    return replace(
+        readings,
+        accelerometer=kept(readings.accelerometer),
+        gyroscope=None if gyroscope is None else kept(gyroscope),
     )
 
 
@@ -99,6 +128,7 @@ def fit_collected(
     rate: float,
     options: FitOptions | None = None,
     warnings: tuple[str, ...] = (),
+    readings: Readings | None = None,
 ) -> FitReport:
     """Fit what the wizard has collected.
 
@@ -108,6 +138,8 @@ def fit_collected(
         rate: samples per second of these two.
         options: gravity and methods.
         warnings: what the stream's reader noticed.
+        readings: all samples, where they are at hand: they show slow noise in a long rest and what
+            the sensor's filter passes.
 
     Raises:
         DataError: neither the holds nor the magnetometer's samples carry a calibration.
@@ -115,7 +147,7 @@ def fit_collected(
     options = options or FitOptions()
     warnings = (*warnings, *_left_out(collected))
     if collected.magnetometer is None or not len(collected.magnetometer):
-        return _held(collected, units, rate, options, warnings)
+        return _held(collected, units, rate, options, warnings, readings)
     from imucal_wizard.estimate.gravity_and_field import segments_of
     from imucal_wizard.estimate.magnetometer.report import fit_during, with_magnetometer
     from imucal_wizard.estimate.second_stage.report import with_second_stage
@@ -124,9 +156,9 @@ def fit_collected(
     series = without_repeats(collected.magnetometer)
     warnings = (*warnings, *repeats_note(collected.magnetometer, series))
     report = with_magnetometer(
-        lambda: _held(collected, units, rate, options, warnings),
+        lambda: _held(collected, units, rate, options, warnings, readings),
         lambda: fit_during(
-            collected.field_spans, series, options.field, options.magnetometer_method
+            collected.field_spans, series, options.field, options.magnetometer_method, readings
         ),
         series,
         options.gravity,
@@ -149,6 +181,7 @@ def _held(
     rate: float,
     options: FitOptions,
     warnings: tuple[str, ...],
+    readings: Readings | None,
 ) -> FitReport:
     """Accelerometer and gyroscope by the holds and rotations that the wizard has collected.
 
@@ -168,6 +201,7 @@ def _held(
             *axes_without_noise(collected.holds, steps[0]),
             *rounding_warnings(collected.holds, steps, units),
         ),
+        readings,
     )
 
 

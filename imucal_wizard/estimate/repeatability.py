@@ -56,7 +56,7 @@ def repeatability_of(table: ResidualTable) -> Repeatability | None:
     if not rest.any():
         return None
     axis, noise, sigma = np.maximum(table.axis, 0)[rest], table.floor[rest], table.sigma[rest]
-    group, visit = 3 * table.group[rest] + axis, 3 * table.visit[rest] + axis
+    group, visit = 3 * table.pose[rest] + axis, 3 * table.visit[rest] + axis
     square, freedom = pure_error(table.residual[rest] / sigma, group, visit)
     if not freedom:
         return None
@@ -71,7 +71,7 @@ def repeatability_of(table: ResidualTable) -> Repeatability | None:
 
 def rows_at_rest(table: ResidualTable) -> BoolArray:
     """Which rows a direction may repeat, all of one unit: holds, rates at rest, magnitudes."""
-    rest = ~table.moving & (table.group >= 0)
+    rest = ~table.moving & (table.pose >= 0)
     unit = table.unit
     return np.asarray(rest & (unit == unit[int(rest.argmax())]))
 

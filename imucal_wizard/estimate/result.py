@@ -16,7 +16,7 @@ from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
-    from imucal_wizard.estimate.fit import Minimum
+    from imucal_wizard.estimate.gauss_newton import Minimum
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.outliers import Outlier
     from imucal_wizard.estimate.repeatability import Repeatability
@@ -219,13 +219,19 @@ class SensorFit:
         """What the errors of the biases rest on where slow noise was not measured, or ""."""
         if self.slow_noise_measured is not False:
             return ""
-        return "slow noise of the biases was not measured: repeat some poses or rest for a minute"
+        again = "" if self.experiment is None else f": {self.experiment.shows_slow_noise}"
+        return f"slow noise of the biases was not measured{again}"
 
     @property
     def unusable(self) -> str:
         """Why applying it is worse than not applying it, in one sentence; "" if it is not."""
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
         return worse_than_none(self.sensor, self.bias_unit, self.unit, *errors)
+
+    @property
+    def of_table(self) -> bool:
+        """Whether steps of a rate table are among its rows."""
+        return self.rows is not None and any(one.kind == "table" for one in self.rows.sources)
 
     @property
     def not_determined(self) -> tuple[str, ...]:
@@ -307,6 +313,12 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def on_table(self) -> bool:
+        """Whether a rate table calibrated the gyroscope, which needs no accelerometer."""
+        fit = self.sensors.get("gyroscope")
+        return fit is not None and fit.frame == "own"
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""

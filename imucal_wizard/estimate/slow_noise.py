@@ -12,7 +12,9 @@ of the variance ``h ln 2``. Averages over holds of T₁ and T₂ s, d s apart, t
 holds tells (restricted likelihood).
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -32,13 +34,25 @@ ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
 size, and without a measurement what a fit leaves hardly tells the two apart."""
-ALL_WHITE_OF_FIELD = 0.75
+ALL_WHITE_OF_FIELD = 0.3
 """The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
-everywhere."""
+everywhere and always: circles about one axis after the other take most of a drift for soft iron, so
+that what they leave shows little of it."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
 WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
 """Correlation times of what a place does to a sensor that is carried through it."""
+MOST_LACKING = 1e3
+"""Variance of what a model may leave over that by noise: a closure thirty times too large."""
+MIN_SLOW_SHARE = 0.3
+"""Variance of a combination of holds by slow noise over that by white noise, below which a fit does
+not weigh it: the variance of the parameters is then at most 2.3²/(4 · 1.3) = 1.017 times the least
+(Kantorovich)."""
+MIN_SLOW_PROBABILITY = 0.01
+"""A kind of slow errors less likely than this does not weigh the holds."""
+MIN_LEFT_SHARE = 0.5
+"""Share of slow errors, mean square, that the model does not take up, from which on they are
+measured: what it takes up is then no more than what is seen of them."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -63,24 +77,30 @@ class LongRest:
     white: FloatArray
 
     def evidence(
-        self, kernel: Callable[[FloatArray], FloatArray], squares: FloatArray
+        self, kernel: Callable[[FloatArray], FloatArray], squares: FloatArray, axes: slice
     ) -> FloatArray:
-        """Logarithm of the likelihood of slow noise of each of these sizes, shape (k,)."""
+        """Logarithm of the likelihood of slow noise of each of these sizes, shape (k,).
+
+        Args:
+            kernel: covariance of averages by slow noise of size one.
+            squares: squares of the sizes, shape (k,).
+            axes: whose slow noise has these sizes.
+        """
         across = complement(np.ones((len(self.means), 1)))
         values, vectors = np.linalg.eigh(across.T @ kernel(self.spans - self.spans[0, 0]) @ across)
-        turned = (vectors.T @ across.T @ self.means) ** 2
+        turned = (vectors.T @ across.T @ self.means[:, axes]) ** 2
         slow = squares[:, None, None] * np.maximum(values, 0.0)[:, None]
-        variance = self.white + slow
+        variance = self.white[axes] + slow
         return np.asarray(-0.5 * (np.log(variance) + turned / variance).sum(axis=(1, 2)))
 
 
-def long_rest(series: Series, holds: Sequence[Hold], gain: float) -> LongRest | None:
+def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> LongRest | None:
     """The longest rest of a recording, if it is long enough to show slow noise.
 
     Args:
-        series: readings of the accelerometer.
+        series: readings of the sensor.
         holds: still periods.
-        gain: SI per reading.
+        matrix: SI per reading, shape (3, 3).
     """
     longest = max(holds, key=lambda hold: hold.end - hold.start)
     seconds = longest.end - longest.start
@@ -93,7 +113,7 @@ def long_rest(series: Series, holds: Sequence[Hold], gain: float) -> LongRest | 
     number = np.bincount(moments, minlength=count * MOMENTS)
     if number.min() < 1:
         return None  # samples are missing
-    centred = gain * (inside.values - longest.accelerometer)
+    centred = (inside.values - inside.values.mean(axis=0)) @ matrix.T
     means = np.array([np.bincount(moments, axis) / number for axis in centred.T])
     means = means.reshape(3, count, MOMENTS)
     pieces = means.mean(axis=2)
@@ -145,6 +165,38 @@ class Between:
     own: FloatArray
     variance: FloatArray
 
+    def explained(
+        self, slow: Sequence[FloatArray], sizes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """How well the measured noise and slow errors of each size explain what the fit leaves.
+
+        Either they make all of it (a χ² with the degrees of freedom of their sum after
+        Satterthwaite), or the model lacks something of any size, which is as likely beforehand.
+
+        Args:
+            slow: covariance of the rows by slow errors of size one on each axis, shape (n, n) each.
+            sizes: their variances on each of the f axes, shape (f, k).
+
+        Returns:
+            Logarithm of the likelihood, and the share of what is left that is no slow error, both
+            of shape (k,).
+        """
+        total, own = float(self.variance.sum()), float(self.own.sum())
+        moved = sizes.T @ [np.trace(one) for one in slow]
+        if own >= total:
+            return np.zeros(len(moved)), np.ones(len(moved))
+        products = np.array([[(one * other).sum() for other in slow] for one in slow])
+        crossed = sizes.T @ [np.diag(one) @ self.own for one in slow]
+        squares = (sizes * (products @ sizes)).sum(axis=0) + 2.0 * crossed + self.own @ self.own
+        half = 0.5 * (own + moved) ** 2 / squares
+        ratio = total / (own + moved)
+        gamma = np.array([math.lgamma(one) for one in half])
+        whole = half * np.log(half) - gamma + half * (np.log(ratio) - ratio)
+        lacking = -math.log(math.log(MOST_LACKING))
+        log = np.logaddexp(whole, lacking)
+        white = np.exp(whole - log) * own + np.exp(lacking - log) * np.maximum(total - moved, own)
+        return log, white / total
+
 
 def in_session(
     spans: FloatArray,
@@ -155,6 +207,116 @@ def in_session(
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
+    Args:
+        spans: beginning and end of each hold, s, shape (n, 2).
+        fitted: see ``slow_errors``.
+        measured: see ``slow_errors``.
+        rest: see ``slow_errors``.
+        between: rows of what was measured between the holds.
+
+    Returns:
+        The covariance; None where a fit leaves nothing to judge by.
+    """
+    found = slow_errors(spans, fitted, measured, rest, between)
+    return None if found is None else found.covariance(fitted, between)
+
+
+@dataclass(frozen=True, eq=False)
+class SlowKind:
+    """Slow errors of one kind, of each of s sizes.
+
+    Attributes:
+        weight: probability of each size, shape (s,).
+        scale: variance of the white errors over that of the weights, of each fit, shape (f, s).
+        size: variance of the slow errors of each fit, shape (f, s).
+        slow: covariance of the holds by slow errors of size one, of each fit, shape (f, n, n).
+        whole: the same of holds and what lies between them, as one axis has them, (n + m, n + m).
+        white: share of what is left between the holds that is no slow error, shape (s,).
+        shown: least share of them that a fit leaves in its errors and does not take up.
+        long: whether they last as long as the session.
+    """
+
+    weight: FloatArray
+    scale: FloatArray
+    size: FloatArray
+    slow: FloatArray
+    whole: FloatArray
+    white: FloatArray
+    shown: float
+    long: bool
+
+
+@dataclass(frozen=True, eq=False)
+class SlowErrors:
+    """What the errors of a session's holds may be, each kind with its probability."""
+
+    kinds: tuple[SlowKind, ...]
+
+    @property
+    def measured(self) -> bool:
+        """Whether the holds show slow errors of every kind apart from the model."""
+        return all(kind.shown > MIN_LEFT_SHARE for kind in self.kinds if kind.long)
+
+    def scaled(self, factor: float) -> "SlowErrors":
+        """The same in a unit of which the old one is so many."""
+        return SlowErrors(tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds))
+
+    def loading(self, variance: FloatArray) -> FloatArray:
+        """By how much the latent slow errors that matter move the holds of the one fit, (n, m).
+
+        What weighs the holds is the mean of the inverse covariances: a large error that is hardly
+        likely then takes little away from what a combination of holds tells.
+
+        Args:
+            variance: by whose inverse each hold was weighed, shape (n,).
+        """
+        sigma, slow = np.sqrt(variance), [float(one.weight[1:].sum()) for one in self.kinds]
+        if sum(slow) < MIN_SLOW_SHARE / (1.0 + MIN_SLOW_SHARE):
+            return np.zeros((len(sigma), 0))  # however large they are, they take away too little
+        weight = np.zeros((len(sigma), len(sigma)))
+        for kind, share in zip(self.kinds, slow, strict=True):
+            if share < MIN_SLOW_PROBABILITY:
+                weight[np.diag_indices_from(weight)] += (kind.weight / kind.scale[0]).sum()
+                continue
+            values, vectors = np.linalg.eigh(kind.slow[0] / np.outer(sigma, sigma))
+            of_each = kind.scale[0] + np.outer(np.maximum(values, 0.0), kind.size[0])
+            weight += (vectors * (kind.weight / of_each).sum(axis=1)) @ vectors.T
+        values, vectors = np.linalg.eigh(weight)
+        beyond = 1.0 / values - 1.0 / values[-1]
+        shown = beyond * values[-1] > MIN_SLOW_SHARE
+        return np.asarray(sigma[:, None] * vectors[:, shown] * np.sqrt(beyond[shown]))
+
+    def covariance(self, fitted: Sequence[Fitted], between: Between | None = None) -> FloatArray:
+        """Of the parameters, shape (k, k).
+
+        Args:
+            fitted: the fits, of any weights, of the same holds.
+            between: rows between the holds.
+        """
+        total = np.zeros((1, 1))
+        for kind in self.kinds:
+            for k, one in enumerate(fitted):
+                pull, slow = one.pull, kind.slow[k]
+                if between is not None:
+                    pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
+                    slow = kind.whole
+                total = total + kind.weight @ kind.scale[k] * (one.pull * one.variance) @ one.pull.T
+                total = total + kind.weight @ kind.size[k] * pull @ slow @ pull.T
+            if between is not None:
+                white = (between.pull * between.variance) @ between.pull.T
+                total = total + kind.weight @ kind.white * white
+        return np.asarray(total, np.float64)
+
+
+def slow_errors(
+    spans: FloatArray,
+    fitted: Sequence[Fitted],
+    measured: bool,
+    rest: LongRest | None = None,
+    between: Between | None = None,
+) -> SlowErrors | None:
+    """Tell slow errors from what fits leave.
+
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
     them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
     also be the strength that drifts, or what differs from place to place, which is no part of the
@@ -163,7 +325,7 @@ def in_session(
     least squares with Student's t.
 
     Args:
-        spans: beginning and end of each hold, s, in the order of time, shape (n, 2).
+        spans: beginning and end of each hold, s, shape (n, 2).
         fitted: the fit of each axis, or of the magnitude; the slow part of all is the same share,
             and the errors of one are independent of those of another.
         measured: whether repeats or a rest show slow noise apart from the model.
@@ -171,14 +333,13 @@ def in_session(
         between: rows of what was measured between the holds.
 
     Returns:
-        The covariance; None where a fit leaves nothing to judge by.
+        None where a fit leaves nothing to judge by.
     """
     count, every = len(spans), spans if between is None else np.concatenate([spans, between.spans])
     order = np.argsort(every[:, 0], kind="stable")
     place = np.argsort(order)
     of_field = any(one.strength is not None for one in fitted)
     all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
-    parts = np.append(0.0, PARTS)
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
     sigmas = [np.sqrt(one.variance) for one in fitted]
     left = [
@@ -186,48 +347,66 @@ def in_session(
     ]
     if not all(across.shape[1] for across in left):
         return None
-    logs, covariances = [], []
+    kinds = []
     for ordered, chance, kernel, of_strength in _slow_errors(every[order], of_field):
-        log, covariance = np.log(chance * of_parts), np.zeros((len(parts), 1, 1))
+        log = np.log(chance * of_parts)
         whole = ordered[np.ix_(place, place)]
-        moved = np.zeros(len(parts))
+        scales, sizes, slows, shown = [], [], [], []
         for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
-            freedom = across.shape[1]
             slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
-            values, vectors = np.linalg.eigh(across.T @ (slow / np.outer(sigma, sigma)) @ across)
-            values = np.maximum(values, 0.0)
-            shown = bool(values.any())  # spans without an order in time show nothing
-            size = float(values.mean()) if shown else 1.0
-            square = (vectors.T @ (across.T @ (one.errors / sigma))) ** 2
-            variance = 1.0 + np.outer(parts, values / size)
-            scale = (square / variance).sum(axis=1) / freedom
-            log -= 0.5 * np.log(variance).sum(axis=1)
-            log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
+            evidence, scale, size, left_in = _explained(
+                one.errors / sigma, slow / np.outer(sigma, sigma), across
+            )
+            log += evidence
+            shown.append(left_in)
+            sizes.append(size)
             if rest is not None and kernel is not None:
-                log += rest.evidence(kernel, scale * parts / size)
-            pull = one.pull
-            if between is not None:
-                pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
-                among = whole[count:, count:]
-                size_here = ((between.slow[k] @ among) * between.slow[k]).sum()
-                moved += scale * shown * parts / size * size_here
-                slow = whole
-            added = np.multiply.outer(shown * parts / size, pull @ slow @ pull.T)
-            white = (one.pull * one.variance) @ one.pull.T
-            covariance = covariance + scale[:, None, None] * (white + added)
+                axes = slice(k, k + 1) if len(fitted) > 1 else slice(None)
+                log += rest.evidence(kernel, sizes[k], axes)
+            scales.append(scale)
+            slows.append(slow)
+        share = np.ones(len(of_parts))
         if between is not None:
-            # what is left of these rows is their measured noise at least
-            total = between.variance.sum()
-            share = np.maximum(total - moved, min(between.own.sum(), total)) / total
-            white = (between.pull * between.variance) @ between.pull.T
-            covariance = covariance + np.multiply.outer(share, white)
-        logs.append(log)
-        covariances.append(covariance)
-    log = np.concatenate(logs)
-    weight = np.exp(log - log.max())
-    return np.asarray(
-        np.tensordot(weight / weight.sum(), np.concatenate(covariances), axes=1), np.float64
+            among = [moved @ whole[count:, count:] @ moved.T for moved in between.slow]
+            evidence, share = between.explained(among, np.array(sizes))
+            log += evidence
+        of_each = np.array(scales), np.array(sizes), np.array(slows)
+        long = of_strength or kernel is not None
+        kinds.append(SlowKind(log, *of_each, whole, share, min(shown), long))
+    highest = max(float(kind.weight.max()) for kind in kinds)  # a logarithm until here
+    total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
+    return SlowErrors(
+        tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds)
     )
+
+
+def _explained(
+    errors: FloatArray, slow: FloatArray, across: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+    """How well white and slow errors explain what a fit leaves, for each share of the slow part.
+
+    Args:
+        errors: what it leaves of each hold, over its standard deviation, shape (n,).
+        slow: covariance of the slow part of size one, likewise, shape (n, n).
+        across: combinations of the holds that the fit does not move, shape (n, f).
+
+    Returns:
+        Logarithm of the restricted likelihood, variance of the white part over that assumed, and
+        variance of the slow part, each of shape (k,); the share of the slow part that the fit
+        leaves in the errors.
+    """
+    freedom, parts = across.shape[1], np.append(0.0, PARTS)
+    values, vectors = np.linalg.eigh(across.T @ slow @ across)
+    values = np.maximum(values, 0.0)
+    shown = bool(values.any())  # spans without an order in time show nothing
+    size = float(values.mean()) if shown else 1.0
+    square = (vectors.T @ (across.T @ errors)) ** 2
+    variance = 1.0 + np.outer(parts, values / size)
+    scale = (square / variance).sum(axis=1) / freedom
+    log = -0.5 * np.log(variance).sum(axis=1)
+    log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
+    left_in = float(values.sum()) / max(float(np.trace(slow)), np.finfo(float).tiny)
+    return log, scale, scale * shown * parts / size, left_in
 
 
 def _slow_errors(

@@ -16,7 +16,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.distributions import exceeded
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.model.terms import WIDE_PRIOR, widened
 
 MAX_ROUNDS = 50
@@ -26,8 +26,6 @@ SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
 EXCESS_P = 0.01
 """Probability of residuals by own noise alone, below which there is an excess."""
-KNOWN = 1e6
-"""Degrees of freedom of a variance that is known."""
 MIN_SHOWN_SHARE = 1e-12
 """Share of a combination of parameters in what the rows show, below which they do not show it."""
 
@@ -105,7 +103,7 @@ def balanced(system: System) -> Balance:
         squares = np.bincount(system.kinds, left**2 / system.own)
         wanted = np.array(
             [
-                freedom > 0.0 and exceeded(square / freedom, freedom, KNOWN) < EXCESS_P
+                freedom > 0.0 and exceeded(square / freedom, freedom, EXACT_FREEDOM) < EXCESS_P
                 for square, freedom in zip(squares, found.freedom, strict=True)
             ]
         )

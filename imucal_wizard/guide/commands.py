@@ -87,12 +87,22 @@ class Commands:
                     machine.skipped[kind] = plan.step(kind).skipped
         machine.enter(step)
 
+    def _has(self, kind: StepKind) -> bool:
+        """Whether the procedure has a step; says so if it does not."""
+        if kind not in self._context.procedure.kinds:
+            self._say(f"No step {TITLES[kind]} in this procedure.")
+            return False
+        return True
+
     def _validate(self) -> None:
-        self._machine.enter(StepKind.VALIDATE)
+        if self._has(StepKind.VALIDATE):
+            self._machine.enter(StepKind.VALIDATE)
 
     def _save(self) -> None:
         """Save now; an incomplete validation is skipped."""
         machine, kind = self._machine, StepKind.VALIDATE
+        if not self._has(StepKind.SAVE):
+            return
         if not machine.stages[kind].finished:
             machine.skipped[kind] = self._context.procedure.step(kind).skipped
         machine.enter(StepKind.SAVE)
@@ -100,7 +110,8 @@ class Commands:
     def _end(self) -> None:
         """The data have ended: leave a step that measures, with what it has."""
         if self._machine.step in (*MEASURING, StepKind.MORE):
-            self._goto(StepKind.RESULT)
+            kinds = self._context.procedure.kinds
+            self._goto(StepKind.RESULT if StepKind.RESULT in kinds else kinds[-1])
         elif self._machine.step is StepKind.VALIDATE:
             self._save()
 

@@ -14,6 +14,7 @@ from imucal_wizard.core.limits.procedure import (
 from imucal_wizard.core.limits.stillness import (
     GUARD_BLOCKS,
     MAX_TRIMMED_BLOCKS,
+    MIN_SLOW_MOMENT,
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
 )
@@ -22,13 +23,16 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.live_checks import reject_clipped
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.guide.wording import plural
-from imucal_wizard.measurement.blocks import join_blocks
-from imucal_wizard.measurement.holds import Collected, Hold, hold_from
+from imucal_wizard.measurement.blocks import Blocks, join_blocks
+from imucal_wizard.measurement.holds import Collected, Hold, hold_from, slow_and_fast
 from imucal_wizard.measurement.rests import HoldBuilder
+from imucal_wizard.measurement.segmentation import turning_rates
 from imucal_wizard.measurement.stillness import Block
 
 BLOCKS_PER_SECOND = 10.0
 """Upper limit: a block lasts at least 0.1 s."""
+MAX_SEARCH_SECONDS = 300.0
+"""Seconds without a hold whose motion a hold is compared with."""
 
 
 class HoldCapture:
@@ -46,10 +50,12 @@ class HoldCapture:
         self._motion = MotionBuffer(context)
         newest = max(round(longest * BLOCKS_PER_SECOND), WINDOW_BLOCKS) + 1
         self._newest: deque[Block] = deque(maxlen=newest)
+        self._since: deque[Blocks] = deque(maxlen=round(MAX_SEARCH_SECONDS * BLOCKS_PER_SECOND))
 
     def add(self, block: Block) -> None:
         """Take the next block, still or not."""
         self._newest.append(block)
+        self._since.append(block.summary)
         self._builder.add(block.summary, block.window, self._context.still)
         self._motion.add(block, still=self._context.still)
         run = self._context.run
@@ -77,6 +83,22 @@ class HoldCapture:
         """The hold of the present rest, or None."""
         context = self._context
         return self._builder.hold(context.up_estimate.radius, *context.resolution.steps)
+
+    def slow_moment(self, hold: Hold) -> bool:
+        """Whether a hold is only a slow moment of a device that has not been put down.
+
+        A hold that hardly sways is a rest. One that sways as far as a hand may must be far slower
+        than the motion since the last hold, by the same rule as the holds of a recording.
+        """
+        context, blocks = self._context, join_blocks(list(self._since))
+        gravity, (step_a, _) = context.up_estimate.radius, context.resolution.steps
+        inside = np.flatnonzero((blocks.start >= hold.start) & (blocks.end <= hold.end))
+        if len(inside) < 2:
+            return False
+        own = blocks.select(slice(int(inside[0]), int(inside[-1]) + 1))
+        if slow_and_fast(own, step_a)[0] < (MIN_SLOW_MOMENT * gravity) ** 2:
+            return False
+        return turning_rates(blocks, gravity, [hold])[2]
 
     def newest(self, seconds: float) -> Hold | None:
         """A hold of the newest seconds after the last kept hold, still or not; None if too few."""
@@ -125,6 +147,7 @@ class HoldCapture:
 
     def rest_in(self, kept: KeptHold) -> None:
         """Note that the device rests in a kept hold, from which the next motion starts."""
+        self._since.clear()
         if not kept.dropped:
             self._motion.rest_in(kept)
 

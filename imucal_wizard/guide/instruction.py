@@ -20,7 +20,7 @@ from imucal_wizard.guide.operator_view import (
 )
 from imucal_wizard.guide.state import Status, StillStatus
 
-_WAITING_STEPS = (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE)
+_WAITING_STEPS = (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE, StepKind.VERDICT)
 """Steps that need no samples; their screens have no instruction for the device."""
 _AXES: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 

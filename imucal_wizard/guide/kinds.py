@@ -19,6 +19,10 @@ class StepKind(StrEnum):
     """Measurements that the bench requests; the result follows again."""
     VALIDATE = "validate"
     SAVE = "save"
+    RECHECK = "recheck"
+    """Poses until every change that a recheck looks for would be seen."""
+    VERDICT = "verdict"
+    """GO or NO-GO."""
 
 
 class Act(StrEnum):
@@ -62,7 +66,6 @@ class EventKind(StrEnum):
     STALLED = "stalled"
     FLOWING = "flowing"
     FIELD_BACK = "field-back"
-    WRITTEN_AGAIN = "written-again"
     WARNING = "warning"
     FINISHED = "finished"
 
@@ -78,6 +81,8 @@ TITLES: Mapping[str, str] = {
     StepKind.MORE: "More poses",
     StepKind.VALIDATE: "Validate",
     StepKind.SAVE: "Save",
+    StepKind.RECHECK: "Recheck",
+    StepKind.VERDICT: "Verdict",
 }
 MEASURING = (
     StepKind.SETTLE,
@@ -85,6 +90,7 @@ MEASURING = (
     StepKind.POSES,
     StepKind.ROTATIONS,
     StepKind.FIELD,
+    StepKind.RECHECK,
 )
 """Steps that measure for the fit; each begins by itself, the result follows the last."""
 AFTERWARDS = (StepKind.RESULT, StepKind.MORE, StepKind.VALIDATE, StepKind.SAVE)

@@ -95,6 +95,23 @@ class Procedure:
         return tuple(step.kind for step in self.steps)
 
 
+RECHECK_STEPS: tuple[Step, ...] = (
+    Step(StepKind.SOURCE),
+    Step(
+        StepKind.SETTLE,
+        seconds=5.0,
+        skipped="the limits of rest are typical values, not this device's noise",
+    ),
+    Step(
+        StepKind.RECHECK,
+        poses=(*FACES, *EDGES),
+        skipped="axes that were not seen are not judged",
+    ),
+    Step(StepKind.VERDICT),
+)
+"""A recheck ends as soon as the poses taken would show every change that is looked for."""
+
+
 def standard(
     rotations_per_axis: int = 6,
     *,

@@ -8,6 +8,7 @@ however fast they come.
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales, excess
 from imucal_wizard.guide.state import Event, Offer, Status, StillStatus
 from imucal_wizard.guide.steps.directions import DirectionsStage, ValidationStage
+from imucal_wizard.guide.steps.recheck import Planner, RecheckStage
 from imucal_wizard.guide.steps.requests import RequestsStage
 from imucal_wizard.guide.steps.rotations import RotationsStage
 from imucal_wizard.guide.steps.settle import SettleStage
@@ -41,8 +43,16 @@ from imucal_wizard.measurement.stillness import Block, BlockStream, Noise
 Listener = Callable[[Instruction, int], None]
 """Receives the instruction and the number of samples before it."""
 
-_PLACING = (StepKind.UP_DOWN, StepKind.POSES, StepKind.VALIDATE, StepKind.MORE)
+_PLACING = (
+    StepKind.UP_DOWN,
+    StepKind.POSES,
+    StepKind.VALIDATE,
+    StepKind.MORE,
+    StepKind.RECHECK,
+)
 """Steps that need poses."""
+_MEASURED = (StepKind.RESULT, StepKind.VERDICT)
+"""Steps that follow the last measurement."""
 
 
 class StateMachine:
@@ -57,6 +67,7 @@ class StateMachine:
         gyroscope_range: full scale of the gyroscope in its unit, or None if not known.
         noise: of the device at rest, if it is known already; the settle step is then done.
         listener: receives the instruction after each block and each command.
+        planner: chooses the poses of a recheck; None for the six faces.
 
     Attributes:
         context: shared by all steps.
@@ -82,6 +93,7 @@ class StateMachine:
         gyroscope_range: float | None = None,
         noise: Noise | None = None,
         listener: Listener | None = None,
+        planner: Planner | None = None,
     ) -> None:
         plan = procedure or Procedure()
         units = Scales(accelerometer_unit, gyroscope_unit, gravity)
@@ -101,6 +113,10 @@ class StateMachine:
             StepKind.MORE: self.requests,
             StepKind.VALIDATE: ValidationStage(context, plan.step(StepKind.VALIDATE)),
             StepKind.SAVE: WaitingStage(StepKind.SAVE),
+            StepKind.RECHECK: RecheckStage(
+                context, plan.step(StepKind.RECHECK), planner, self.collected
+            ),
+            StepKind.VERDICT: WaitingStage(StepKind.VERDICT),
         }
         self.capture = HoldCapture(context, max(stage.seconds for stage in self.stages.values()))
         self.step = plan.kinds[0]
@@ -114,6 +130,14 @@ class StateMachine:
         self._status: Status | None = None
         self._listener = listener
         self._judged = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Everything but who listens; for a checkpoint."""
+        return {**vars(self), "_listener": None, "_status": None}
+
+    def listen(self, listener: Listener | None) -> None:
+        """Pass the instruction to another listener from now on."""
+        self._listener = listener
 
     # Input
 
@@ -247,6 +271,8 @@ class StateMachine:
         # a slow motion has calm moments, which are shorter than the rest that the step asks for
         if hold is None or hold.end - hold.start < self.stage.seconds - WINDOW_SECONDS:
             return
+        if self.capture.slow_moment(hold):
+            return
         if context.watch.tighten(self.stage.seconds):
             context.emit(EventKind.WARNING, "Calm again: the limits are back to normal.")
         self._tell(self.capture.keep(hold, self.step))
@@ -335,7 +361,7 @@ class StateMachine:
             context.run.used = not rotating
         if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
             self.skipped[StepKind.VALIDATE] = self._not_validated()
-        if kind is StepKind.RESULT:
+        if kind in _MEASURED:
             # The measurements that are fitted must not change afterwards.
             self.capture.finish()
             context.run.complete = kept is not None
@@ -368,7 +394,7 @@ class StateMachine:
             if self._left_out(kind):
                 continue
             self.enter(kind)
-            if kind is StepKind.RESULT:
+            if kind in _MEASURED:
                 left = ", ".join(TITLES[one] for one in self.skipped)
                 text = f"Measured except {left}." if left else "Everything is measured."
                 self.context.emit(EventKind.FINISHED, text)

@@ -28,7 +28,7 @@ from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.scales import Scales, excess, moves
 from imucal_wizard.guide.state import AxisMotion
-from imucal_wizard.measurement.stillness import Block, Limits, Noise
+from imucal_wizard.measurement.stillness import Block, Limits, Noise, Windows
 
 
 def limits_of(
@@ -70,7 +70,6 @@ class StillnessWatch:
     Attributes:
         loosened: factor by which the limits are wider than they were set.
         waiting: time without a completed hold while one is needed, s.
-        motions: the motion of each axis.
         still: the newest window is still.
     """
 
@@ -82,7 +81,8 @@ class StillnessWatch:
         self._calm = 0.0
         self.loosened = 1.0
         self.waiting = 0.0
-        self.motions: tuple[AxisMotion, ...] = ()
+        self._newest: tuple[Windows, Limits] | None = None
+        self._motions: tuple[AxisMotion, ...] | None = ()
         self.still = False
 
     @property
@@ -94,6 +94,13 @@ class StillnessWatch:
     def offered(self) -> bool:
         """Whether alternatives are offered."""
         return self.waiting >= OFFER_SECONDS
+
+    @property
+    def motions(self) -> tuple[AxisMotion, ...]:
+        """The motion of each axis in the newest window, computed when somebody asks."""
+        if self._motions is None:
+            self._motions = () if self._newest is None else self._units.motions(*self._newest)
+        return self._motions
 
     @property
     def worst(self) -> AxisMotion | None:
@@ -147,13 +154,14 @@ class StillnessWatch:
         self._recent.clear()
 
     def judge(self, block: Block) -> bool:
-        """Whether the window that ends with this block is still; keeps the motion of each axis."""
+        """Whether the window that ends with this block is still."""
         if self._limits is None:
-            self.motions, self.still = (), False
+            self._newest, self._motions, self.still = None, (), False
             return False
-        self.motions = self._units.motions(block.window, self._limits)
-        self.still = bool(block.window.still(self._limits)[0])
-        calm = self._tight is not None and bool(block.window.still(self._tight)[0])
+        self._newest, self._motions = (block.window, self._limits), None
+        calm = self.still = bool(block.window.still(self._limits)[0])
+        if self._tight is not self._limits:
+            calm = self._tight is not None and bool(block.window.still(self._tight)[0])
         self._calm = self._calm + block.seconds if calm else 0.0
         return self.still
 

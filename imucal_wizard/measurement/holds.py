@@ -48,6 +48,9 @@ class Hold:
             independent, shape (3,), or None; it has one degree of freedom per sample.
         gyroscope_scatter: the same of the gyroscope.
         noise_freedom: degrees of freedom per axis of the covariances.
+        gyroscope_turn: integral of the gyroscope's reading less its mean from each moment of the
+            hold to the end, averaged over the hold, reading × s, shape (3,), or None. With the mean
+            it tells how far a swaying device turned from its mean direction to that at the end.
     """
 
     start: float
@@ -63,6 +66,7 @@ class Hold:
     accelerometer_scatter: FloatArray | None = None
     gyroscope_scatter: FloatArray | None = None
     noise_freedom: int = 2 * NOISE_FREQUENCIES
+    gyroscope_turn: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -143,6 +147,9 @@ def hold_from(blocks: Blocks) -> Hold:
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     samples = len(blocks) * blocks.size
     scatter = (blocks.variance + (blocks.mean - mean) ** 2).mean(axis=0) / (samples - 1)
+    # the mean over t of the integral from t to the end weighs each moment by the time before it
+    elapsed = (np.arange(len(blocks)) + 0.5) / len(blocks)
+    turn = elapsed @ (blocks.mean - mean) * (blocks.end[-1] - blocks.start[0]) / len(blocks)
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -155,6 +162,7 @@ def hold_from(blocks: Blocks) -> Hold:
         accelerometer_scatter=scatter[:3],
         gyroscope_scatter=scatter[3:] if turning else None,
         noise_freedom=freedom,
+        gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
     )
 
 
@@ -195,13 +203,23 @@ def drifts(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
     """
     if len(blocks) < 2:
         return False
+    slow, fast = slow_and_fast(blocks, step_a)
+    least = MIN_SWAY if slow > MAX_SLOW_TO_FAST * fast else MAX_SWAY
+    return slow > (least * gravity) ** 2
+
+
+def slow_and_fast(blocks: Blocks, step_a: FloatArray | float) -> tuple[float, float]:
+    """Variance of the accelerometer between blocks beyond that by noise, and within them.
+
+    Args:
+        blocks: at least two consecutive ones.
+        step_a: resolution of the accelerometer, 0 if not known.
+    """
     count, step = len(blocks), step_a + np.zeros(3)
     within = float(blocks.variance[:, :3].sum()) / count
     fast = within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
     away = blocks.mean_a - np.add.reduce(blocks.mean_a, axis=0) / count
-    slow = float((away * away).sum()) / (count - 1.0) - fast / blocks.size
-    least = MIN_SWAY if slow > MAX_SLOW_TO_FAST * fast else MAX_SWAY
-    return slow > (least * gravity) ** 2
+    return float((away * away).sum()) / (count - 1.0) - fast / blocks.size, fast
 
 
 def trim_ends(

@@ -13,12 +13,16 @@ from dataclasses import field, replace
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
+    CALM_FACTOR,
+    COURSE_STRETCHES,
     GUARD_BLOCKS,
     LIVELY_PERCENTILE,
     MAX_FORCE_LIMIT,
     MAX_RATE_LIMIT,
     MIN_HOLD_SECONDS,
     MIN_ROTATION_SECONDS,
+    MIN_SELECTED_RATIO,
+    MIN_SPEED_RATIO,
     QUIET_BLOCKS,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
@@ -68,6 +72,7 @@ class ReducedRecording:
         step_g: resolution of each gyroscope axis, or None.
         gravity: reading of one gravity: half the range of the liveliest axis.
         rests: the rests of the recording.
+        resting_rate: the gyroscope's reading at rest in each window, shape (m, 3), or None.
         holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
@@ -78,6 +83,7 @@ class ReducedRecording:
     step_g: FloatArray | None
     gravity: float
     rests: Rests
+    resting_rate: FloatArray | None
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
 
     @property
@@ -99,12 +105,14 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     gyroscope = readings.gyroscope
     step_a = resolution_of(readings.accelerometer.values)
     step_g = None if gyroscope is None else resolution_of(gyroscope.values)
-    noise = _quietest(windows, step_a, step_g)
-    if noise is None:
+    quietest = _quietest(windows, step_a, step_g)
+    if quietest is None:
         return None
+    noise, first = quietest
     gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
     rests = Rests(windows, step_a, step_g)
-    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity, rests)
+    resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
+    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity, rests, resting)
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:
@@ -113,8 +121,10 @@ def _slabs(readings: Readings) -> Iterator[Readings]:
         yield replace(part, temperature=readings.temperature if first == 0 else None)
 
 
-def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -> Noise | None:
-    """Noise of the two seconds in which all axes together are quietest.
+def _quietest(
+    windows: Windows, step_a: FloatArray, step_g: FloatArray | None
+) -> tuple[Noise, int] | None:
+    """Noise of the two seconds in which all axes together are quietest, and their first window.
 
     If the noise is smaller than the resolution, most windows show none and the others flicker
     between two values; the rounding noise is then the lower limit.
@@ -137,7 +147,43 @@ def _quietest(windows: Windows, step_a: FloatArray, step_g: FloatArray | None) -
     if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
         std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
         mean_g = windows.mean_g[part].mean(axis=0)
-    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g)
+    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g), start
+
+
+def _resting_rate(windows: Windows, noise: Noise, quietest: int) -> FloatArray | None:
+    """The gyroscope's reading at rest in each window, shape (m, 3); None without a gyroscope.
+
+    A bias that drifts with the temperature changes by many times the noise while a session lasts,
+    but hardly from one rest to the next. From the quietest window to either end, a calm stretch
+    continues the course of those before it within the noise; a motion at constant rate does not.
+
+    Args:
+        windows: of the recording.
+        noise: of its quietest two seconds, with the mean rate there.
+        quietest: number of a window in these.
+    """
+    means, limits = windows.mean_g, noise.limits(CALM_FACTOR)
+    if means is None or noise.mean_g is None or limits.rate is None:
+        return noise.mean_g
+    calm = windows.still(replace(limits, gyroscope_mean=None)) & np.isfinite(means).all(axis=1)
+    pieces = [
+        (first, min(first + QUIET_BLOCKS, past))
+        for begin, past in still_runs(calm)
+        for first in range(begin, past - WINDOW_BLOCKS + 1, QUIET_BLOCKS)
+    ]
+    middle = np.array([0.5 * (first + past - 1) for first, past in pieces])
+    rates = np.array([means[first:past].mean(axis=0) for first, past in pieces]).reshape(-1, 3)
+    course = [(float(quietest), noise.mean_g)]
+    for index in np.argsort(np.abs(middle - quietest)).tolist():
+        later = bool(middle[index] > quietest)
+        near = course[-COURSE_STRETCHES:][::-1] if later else course[:COURSE_STRETCHES]
+        (at, last), (earlier, then) = near[0], near[-1]
+        further = min(abs(middle[index] - at) / max(abs(at - earlier), 1.0), 1.0)
+        if (np.abs(rates[index] - last - further * (last - then)) <= limits.rate).all():
+            course.insert(later * len(course), (float(middle[index]), rates[index]))
+    places, table = [one[0] for one in course], np.array([one[1] for one in course])
+    every = np.arange(len(windows))
+    return np.column_stack([np.interp(every, places, column) for column in table.T])
 
 
 def _rms(std: FloatArray) -> FloatArray:
@@ -156,6 +202,7 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     """The holds in the rests that these limits find."""
     seconds = median(stream.blocks.end - stream.blocks.start)
     shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
+    limits = replace(limits, gyroscope_mean=stream.resting_rate)
     runs = still_runs(stream.windows.still(limits))
     rests = {
         rest
@@ -230,18 +277,28 @@ def _loosest(stream: ReducedRecording) -> Limits:
     return Limits(force, rate, least.gyroscope_mean, rate)
 
 
-def turning_rates(stream: ReducedRecording, holds: Sequence[Hold]) -> tuple[float, float]:
+def turning_rates(
+    blocks: Blocks, gravity: float, holds: Sequence[Hold]
+) -> tuple[float, float, bool]:
     """Rms rate at which gravity's direction turns within the holds and between them, rad/s.
 
     Rates are taken between the means of neighbouring stretches of half a second, which average a
     tremor; without such stretches they are NaN.
+
+    Args:
+        blocks: of a recording or of a part of it.
+        gravity: reading of one gravity.
+        holds: in this part.
+
+    Returns:
+        Both rates, and whether the holds are only slow moments of a device that is never put down:
+        they turn nearly as fast as the device does between them, or as its slowest moments do.
     """
-    blocks = stream.blocks
     seconds = median(blocks.end - blocks.start)
     length = max(int(0.5 * MIN_HOLD_SECONDS / seconds + TIME_TOLERANCE), 1)
     sums = np.cumsum(np.vstack([np.zeros(3), blocks.mean_a - blocks.mean_a[0]]), axis=0)
     means = (sums[length:] - sums[:-length]) / length
-    turned = np.linalg.norm(means[length:] - means[:-length], axis=1) / max(stream.gravity, 1e-300)
+    turned = np.linalg.norm(means[length:] - means[:-length], axis=1) / max(gravity, 1e-300)
     count = len(turned)
     start, end = blocks.start[:count], blocks.end[2 * length - 1 : 2 * length - 1 + count]
     inside = np.zeros(count, bool)
@@ -249,7 +306,9 @@ def turning_rates(stream: ReducedRecording, holds: Sequence[Hold]) -> tuple[floa
         inside |= (start >= hold.start - TIME_TOLERANCE) & (end <= hold.end + TIME_TOLERANCE)
     rates = [turned[rows] / (length * seconds) for rows in (inside, ~inside)]
     within, between = (root_mean_square(rate) if len(rate) else np.nan for rate in rates)
-    return within, between
+    share = sum(one.end - one.start for one in holds) / float((blocks.end - blocks.start).sum())
+    selected = MIN_SELECTED_RATIO * np.sqrt(2.0 / share) if share > 0.0 else 0.0
+    return within, between, bool(between < max(MIN_SPEED_RATIO, selected) * within)
 
 
 def rotations_between(
@@ -265,7 +324,7 @@ def rotations_between(
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
         )
-        problem = _problem(part, interval)
+        problem = _problem(part, interval, before.end, after.start)
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     whole = [one for one in rotations if one.problem is None]
@@ -329,12 +388,26 @@ def _rest(before: Hold, after: Hold) -> FloatArray:
     return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
 
 
-def _problem(part: Series, interval: float) -> str | None:
+def largest_gap(time: FloatArray, start: float, end: float) -> float:
+    """Longest time without a sample in the motion from the end of a hold to the start of the next.
+
+    A gyroscope that starts late or stops early misses the beginning or the end of the motion.
+
+    Args:
+        time: of the samples, at least one, s.
+        start: of the motion, s.
+        end: of the motion, s.
+    """
+    whole = np.concatenate([[min(start, time[0])], time, [max(end, time[-1])]])
+    return float(np.diff(whole).max())
+
+
+def _problem(part: Series, interval: float, start: float, end: float) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
-    gaps = np.diff(part.time)
-    if gaps.max() > MAX_SAMPLE_INTERVALS * interval:
-        return f"a gap of {gaps.max():.2f} s: the angle in it is not known"
+    gap = largest_gap(part.time, start, end)
+    if gap > MAX_SAMPLE_INTERVALS * interval:
+        return f"a gap of {gap:.2f} s: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

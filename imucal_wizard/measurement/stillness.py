@@ -25,7 +25,8 @@ class Limits:
     Attributes:
         accelerometer: standard deviation per axis, shape (3,).
         gyroscope: the same for the gyroscope, or None without one.
-        gyroscope_mean: the gyroscope's reading at rest, shape (3,), or None if unknown.
+        gyroscope_mean: the gyroscope's reading at rest, shape (3,), or in each of m windows, shape
+            (m, 3); None if unknown.
         rate: largest deviation of a window's mean from ``gyroscope_mean``, shape (3,), or None.
     """
 

@@ -5,7 +5,6 @@ reported with its line.
 """
 
 import importlib
-import importlib.util
 import inspect
 import pkgutil
 import re
@@ -20,6 +19,7 @@ from typing import TypeVar, get_args
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.input import others_may_write
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import effects
 from imucal_wizard.model.effect import (
@@ -143,15 +143,19 @@ class OwnEffect(Effect):
         return guarded(self._path, lambda: self._inner.lacking(sensor, c))
 
 
-def load_effect(path: Path | str) -> Effect:
+def load_effect(path: Path | str, announce: Callable[[str], None] | None = None) -> Effect:
     """The effect that a Python file defines, for ``--effects FILE``.
+
+    Args:
+        path: the file.
+        announce: called with a sentence before the code in the file is run.
 
     Raises:
         UsageError: the file cannot be run, defines no effect or several, or the effect does not
             keep its promises on a trial session.
     """
     path = Path(path)
-    module = _run(path)
+    module = _run(path, announce)
     classes = classes_in(module)
     if not classes:
         raise UsageError(f"{path}: no effect in it; define one class that derives from {_BASE}")
@@ -182,14 +186,27 @@ def guarded(path: Path, work: Callable[[], _T]) -> _T:
         raise UsageError(f"{where}: {type(error).__name__}: {said}; mend the file") from error
 
 
-def _run(path: Path) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(f"own_effect_{path.stem}", path)
-    if not path.is_file() or spec is None or spec.loader is None:
+def _run(path: Path, announce: Callable[[str], None] | None) -> ModuleType:
+    """Run the code of a file, which nobody else may have written."""
+    if not path.is_file():
         raise UsageError(f"{path}: no Python file there; give a file that ends in .py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # a dataclass in the file looks its module up there
-    loader = spec.loader
-    guarded(path, lambda: loader.exec_module(module))
+    try:
+        with path.open("rb") as file:
+            others, source = others_may_write(file, path), file.read()
+    except OSError as error:
+        raise UsageError(f"{path} cannot be read: {error.strerror or error}") from error
+    if others:
+        raise UsageError(
+            f"{path} can be written by {others}, and its code would run as you: it was not run."
+            " Make it yours alone (chmod go-w), or copy it to a folder of your own"
+        )
+    if announce is not None:
+        announce(f"runs the Python code in {path}")
+    module = ModuleType(f"own_effect_{path.stem}")
+    module.__file__ = str(path)
+    sys.modules[module.__name__] = module  # a dataclass in the file looks its module up there
+    code = guarded(path, lambda: compile(source, str(path), "exec"))
+    guarded(path, lambda: exec(code, module.__dict__))  # noqa: S102 - the user asks for it
     return module
 
 

@@ -19,6 +19,7 @@ from imucal_wizard.core.poses import AXES, EDGES, FACES
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import ACCELERATION_UNITS, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -134,7 +135,7 @@ def _tilt(effect: Effect, sizes: FloatArray) -> Cost:
     up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
     across = left - up * (left * up).sum(axis=1, keepdims=True)
     tilt = np.degrees(np.linalg.norm(across, axis=1) / c.gravity)
-    return Cost(tilt_rms=_rms(tilt), tilt_worst=float(tilt.max()))
+    return Cost(tilt_rms=root_mean_square(tilt), tilt_worst=float(tilt.max()))
 
 
 def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
@@ -144,9 +145,9 @@ def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
     moving = speed > 0.0
     turn = 360.0 * size[moving] / speed[moving]
     return Cost(
-        rotation_rms=_rms(turn),
+        rotation_rms=root_mean_square(turn),
         rotation_worst=float(turn.max()),
-        rest_rms=60.0 * _rms(size[~moving]) / DEGREE,
+        rest_rms=60.0 * root_mean_square(size[~moving]) / DEGREE,
     )
 
 
@@ -157,11 +158,7 @@ def _heading(effect: Effect, sizes: FloatArray) -> Cost:
     east = np.cross(c.magnetic, c.force)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
     turned = np.degrees((left * east).sum(axis=1) / (unit.size * FIELD * np.cos(DIP)))
-    return Cost(heading_rms=_rms(turned), heading_worst=float(np.abs(turned).max()))
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    return Cost(heading_rms=root_mean_square(turned), heading_worst=float(np.abs(turned).max()))
 
 
 @cache

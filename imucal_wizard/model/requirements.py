@@ -85,6 +85,8 @@ def both_senses(sensor: str, c: Circumstances) -> str | None:
 
 def directions(c: Circumstances) -> str | None:
     """Whether gravity was felt from more than one side."""
+    if len(c) and not c.force.any():
+        return "no force is known; record the accelerometer along with the rates, in m/s² or g"
     up = c.force / np.maximum(np.linalg.norm(c.force, axis=1, keepdims=True), 1e-12)
     if len(up) == 0 or float((up @ up[0]).min()) > np.cos(SAME_DIRECTION):
         return "gravity comes from one side only; hold the device still in several poses"

@@ -7,6 +7,7 @@ s₁)`` and that a calibration corrects further by ``(o₂, s₂)`` are composed
 """
 
 import re
+from collections.abc import Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -16,12 +17,13 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effects.bias_temperature import BiasTemperature
-from imucal_wizard.report.calibration_file import SavedEffect, Sensor
-from imucal_wizard.report.proof import SI_UNITS
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor
+from imucal_wizard.report.proof import SI_UNITS, Correction, Samples
 
 USUAL_COUNTS_PER_G = 2048.0
 """Of most accelerometers of flight controllers."""
 
+_READS = "# one g reads nominally "
 ASSUMED = (
     "the controller is assumed to have corrected nothing while it was recorded; if it did, give "
     "its parameters of then, and both corrections become one"
@@ -81,6 +83,63 @@ def one_g(sensor: Sensor) -> float:
         return STANDARD_GRAVITY
     reads = STANDARD_GRAVITY / abs(np.linalg.det(sensor.matrix)) ** (1.0 / 3.0)
     return float(2.0 ** round(float(np.log2(reads))))
+
+
+def head(calibration: Calibration) -> str:
+    """The comment with which a parameter file begins."""
+    return f"# imucal-wizard {calibration.program}, {calibration.created}"
+
+
+@dataclass(frozen=True)
+class Counts:
+    """What 1 g reads nominally.
+
+    Attributes:
+        here: in the readings that were calibrated.
+        there: in the controller, counts.
+    """
+
+    here: float
+    there: float
+
+    @classmethod
+    def of(cls, sensor: Sensor, counts_per_g: float | None) -> "Counts":
+        """Of an accelerometer, for a controller with so many counts or the usual number."""
+        return cls(one_g(sensor), counts_per_g or USUAL_COUNTS_PER_G)
+
+    @classmethod
+    def read(cls, data: bytes) -> "Counts":
+        """Those that ``commands`` has written.
+
+        Raises:
+            LookupError: there are none.
+        """
+        words = data.decode().split(_READS)[1].split()
+        return cls(float(words[0]), float(words[3]))
+
+    def commands(self, calibration: Calibration, lines: Sequence[str]) -> bytes:
+        """These settings of a controller that counts, for its command line."""
+        reads = f"{_READS}{self.here:.9g} here and {self.there:.9g} in the controller"
+        return ("\n".join([head(calibration), reads, *lines, "save"]) + "\n").encode()
+
+    def correction(self, new: Axes, before: Axes) -> Correction:
+        """The controller's correction in counts, of readings that it corrected before."""
+
+        def correct(samples: Samples) -> FloatArray:
+            adc = before.raw(samples.reading * self.there / self.here)
+            return np.asarray(new.corrected(adc) * STANDARD_GRAVITY / self.there)
+
+        return correct
+
+
+def notes_of_counts(counts_per_g: float | None, present: bytes | None) -> tuple[str, ...]:
+    """What a controller that counts leaves open."""
+    notes = ["the controller measures the gyroscope's bias itself at every start"]
+    if counts_per_g is None:
+        notes.append(f"1 g is taken for {USUAL_COUNTS_PER_G:g} counts in the controller")
+    if present is None:
+        notes.append(ASSUMED)
+    return tuple(notes)
 
 
 def named_values(data: bytes | None) -> dict[str, float]:

@@ -9,10 +9,10 @@ from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.diagnose.bench import Rung
 from imucal_wizard.diagnose.curve_shape import CurveShape, rms_size
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.effect_text import seen_from
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
-from imucal_wizard.diagnose.verdict_text import seen_from
 from imucal_wizard.estimate.result import SensorFit
 
 BENCH_SCHEMA = "imucal-wizard/bench/1"

@@ -15,9 +15,9 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.verdict_text import seen_from, sizes_text
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
 
@@ -79,13 +79,15 @@ def _comparison(said: Diagnosis) -> list[str]:
 
 
 def _worst_rows(table: ResidualTable) -> list[str]:
-    """Measurement against model of a magnetometer, the rows that fit worst."""
-    ratio = table.residual / table.floor
+    """Measurement against model of many rows, those that fit worst."""
+    ratio, unit = table.residual / table.floor, table.unit
     order = np.argsort(-np.abs(ratio), kind="stable")[:LISTED_ROWS]
-    worst = f"the {len(order)} means of {len(ratio)} that fit worst"
+    worst = f"the {len(order)} of {len(ratio)} means that fit worst"
     lines = [f"COMPARE  measurement − model, {worst} (× noise)"]
     for row in sorted(order.tolist()):
-        cell = true_minus(f"{quantity(float(table.residual[row]), 'uT')} ({ratio[row]:+.1f})")
+        cell = true_minus(
+            f"{quantity(float(table.residual[row]), str(unit[row]))} ({ratio[row]:+.1f})"
+        )
         lines.append(f"  {table.place(row):34} {cell}")
     return lines
 

@@ -5,22 +5,19 @@ else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`
 ``calibrate`` in Python, so that all of them give the same figures.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import msgspec
 import numpy as np
 
-from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
-from imucal_wizard.core.output import encode_json, without_control_characters, write_atomically
-from imucal_wizard.core.quantities import finite_or_none
+from imucal_wizard.core.input import read_document
+from imucal_wizard.core.output import encode_json, write_atomically
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.parameters import covariance_of
-from imucal_wizard.estimate.result import FitReport, SensorFit, worse_than_none
+from imucal_wizard.estimate.result import worse_than_none
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
@@ -28,14 +25,9 @@ from imucal_wizard.report.measured import (
     FieldMean,
     HoldMeans,
     RotationIncrements,
-    field_means,
-    hold_means,
-    rotation_increments,
+    TableMeans,
+    wrong_measurements,
 )
-
-if TYPE_CHECKING:  # a fit without a verdict does without their imports
-    from imucal_wizard.diagnose.diagnosis import Diagnosis
-    from imucal_wizard.diagnose.grade import Limits
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
@@ -83,6 +75,58 @@ class SavedEffect(msgspec.Struct, frozen=True):
     reference_temperature: float | None = None
     reference_time: float | None = None
 
+    def known(self, own: Sequence[Effect] = ()) -> Term:
+        """The effect itself.
+
+        Args:
+            own: the user's own effects.
+
+        Raises:
+            UsageError: it is in neither the catalogue nor ``own``.
+        """
+        try:
+            return Term(effect(self.term, own), self.variant)
+        except UsageError as error:
+            raise UsageError(
+                f"the calibration of the {self.sensor} has the effect {self.term!r}, which is none "
+                "of this program: give the file that defines it, or calibrate without it",
+                settings=("effects",),
+            ) from error
+
+
+class AsFound(msgspec.Struct, frozen=True):
+    """How large the error was before this calibration.
+
+    Attributes:
+        error: rms of these readings, corrected by the calibration before; in the sensor's ``unit``.
+        by: name of that calibration's file.
+        created: its date, ISO 8601.
+    """
+
+    error: float
+    by: str
+    created: str
+
+
+class SavedRung(msgspec.Struct, frozen=True):
+    """One model on the way to that of the file, with its errors in the sensor's ``unit``.
+
+    Attributes:
+        model: its terms.
+        added: the term that was added to the model before, or None.
+        rms_fitted: error on the data fitted.
+        rms_held_out: error on data held out, or None.
+        floor: that a complete model would have there by measured noise, or None.
+        confirmed: whether data held out agree that the added term is real, or None.
+    """
+
+    model: list[str]
+    added: str | None
+    rms_fitted: float
+    rms_held_out: float | None
+    floor: float | None
+    confirmed: bool | None = None
+
 
 class Sensor(msgspec.Struct, frozen=True):
     """One sensor: ``corrected = matrix · (reading − bias)``, in SI.
@@ -123,6 +167,8 @@ class Sensor(msgspec.Struct, frozen=True):
         degrees_of_freedom: of the standard errors; None in older files.
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
+        as_found: by the calibration before; None where the device has none that applies, so that
+            ``rms_before`` tells it.
     """
 
     model: list[str]
@@ -155,6 +201,17 @@ class Sensor(msgspec.Struct, frozen=True):
     degrees_of_freedom: int | None = None
     warnings: list[str] = []
     effects: list[SavedEffect] = []
+    as_found: AsFound | None = None
+
+    @property
+    def error_as_found(self) -> float | None:
+        """Error by the calibration before, or by the nominal conversion; None of counts."""
+        return self.rms_before if self.as_found is None else self.as_found.error
+
+    @property
+    def error_as_left(self) -> float:
+        """Error on data held out; on the data fitted where none could be held out."""
+        return self.rms_fitted if self.rms_held_out is None else self.rms_held_out
 
     def unusable(self, name: str) -> str:
         """Why applying it is worse than not applying it, in one sentence; "" if it is not.
@@ -184,7 +241,7 @@ class Sensor(msgspec.Struct, frozen=True):
         if not self.effects:
             return np.asarray((readings - bias) @ matrix.T)
         first = self.effects[0]
-        terms = [Term(effect(one.term, own), one.variant) for one in self.effects]
+        terms = [one.known(own) for one in self.effects]
         where = replace(
             _readings_alone(first.sensor, terms, len(readings)) if where is None else where,
             reference_temperature=_or_nan(first.reference_temperature),
@@ -218,13 +275,15 @@ class Device(msgspec.Struct, frozen=True):
         name: given by the user.
         serial: serial number.
         format: of its readings.
-        ranges: that the device measured in, by sensor.
+        ranges: smallest and largest reading of the measurement, by sensor.
+        chip: kind of chip.
     """
 
     name: str | None = None
     serial: str | None = None
     format: str | None = None
     ranges: dict[str, str] = {}
+    chip: str | None = None
 
 
 class Calibration(msgspec.Struct, frozen=True):
@@ -244,10 +303,16 @@ class Calibration(msgspec.Struct, frozen=True):
         hold_means: readings of the holds; empty in files of version 0.1.
         rotation_increments: readings of the rotations between them.
         field_means: readings of the magnetometer.
+        table_means: readings of a gyroscope that a rate table alone calibrated.
         device: what was calibrated, or None.
         place: where the gravity comes from, and the name of the place if it was given.
         operator: who measured, or None.
         note: or None.
+        measured: date and time of the measurement, ISO 8601; None where it is not known.
+        session: name of the session's file, or None.
+        fingerprint: of the bytes that were measured (``session_salvage.fingerprint``), or None.
+        ladders: of each sensor that was diagnosed the models up to that of the file.
+        says: of each such sensor the verdict in sentences.
     """
 
     schema: str
@@ -263,10 +328,31 @@ class Calibration(msgspec.Struct, frozen=True):
     hold_means: list[HoldMeans] = []
     rotation_increments: list[RotationIncrements] = []
     field_means: list[FieldMean] = []
+    table_means: list[TableMeans] = []
     device: Device | None = None
     place: dict[str, str] = {}
     operator: str | None = None
     note: str | None = None
+    measured: str | None = None
+    session: str | None = None
+    fingerprint: str | None = None
+    ladders: dict[str, list[SavedRung]] = {}
+    says: dict[str, str] = {}
+
+    @property
+    def date(self) -> str:
+        """Date and time of the measurement or, where it is not known, of the file, ISO 8601."""
+        return self.measured or self.created
+
+    @property
+    def serial(self) -> str:
+        """Serial number of the device, or ""."""
+        return "" if self.device is None else self.device.serial or ""
+
+    @property
+    def device_name(self) -> str:
+        """Name of the device, else its serial number, or ""."""
+        return "" if self.device is None else self.device.name or self.serial
 
     def __getitem__(self, sensor: str) -> Sensor:
         """The calibration of a sensor.
@@ -314,6 +400,7 @@ class Calibration(msgspec.Struct, frozen=True):
         measured = {
             "hold_means": self.hold_means if "accelerometer" in kept else [],
             "rotation_increments": self.rotation_increments if "gyroscope" in kept else [],
+            "table_means": self.table_means if "gyroscope" in kept else [],
             "field_means": self.field_means if "magnetometer" in kept else [],
         }
         return msgspec.structs.replace(self, sensors=kept, **measured)
@@ -350,170 +437,31 @@ class Calibration(msgspec.Struct, frozen=True):
         return 0.5 * (hold.start + hold.end) - self.hold_means[0].start
 
 
-def sensor_record(fit: SensorFit) -> Sensor:
-    """A sensor's fit as it stands in JSON, without a verdict.
+def says_the_same(path: Path, calibration: Calibration, *, described: bool = True) -> bool:
+    """Whether a file has the same calibration, except for its date and the one before it.
+
+    A session goes on after its first result, so that its fingerprint may differ.
 
     Args:
-        fit: with or without effects.
-    """
-    effects = []
-    where = None if fit.experiment is None else fit.experiment.circumstances
-    for term, sizes in zip(fit.terms, fit.sizes, strict=True):
-        parameters = term.effect.parameters(fit.sensor)
-        effects.append(
-            SavedEffect(
-                term=term.name,
-                sensor=fit.sensor,
-                equation=term.effect.equation,
-                parameters=[one.name for one in parameters],
-                sizes=sizes.tolist(),
-                unit=parameters[0].unit,
-                variant=term.variant,
-                reference_temperature=None
-                if where is None
-                else finite_or_none(where.reference_temperature),
-                reference_time=None if where is None else finite_or_none(where.reference_time),
-            )
-        )
-    repeats, joint = fit.repeatability, covariance_of(fit)
-    return Sensor(
-        model=list(fit.model),
-        method=fit.method,
-        frame=fit.frame,
-        matrix=fit.matrix.tolist(),
-        bias=fit.bias.tolist(),
-        bias_unit=fit.bias_unit,
-        parameters={
-            p.name: Value(p.value, p.unit, p.standard_error, p.carried, p.standard_error_repeats)
-            for p in fit.parameters
-        },
-        unit=fit.unit,
-        rms_before=fit.rms_before,
-        rms_fitted=fit.rms_fitted,
-        rms_held_out=fit.rms_held_out,
-        floor=fit.floor,
-        floor_fitted=fit.floor_fitted,
-        held_out_interval=fit.held_out_interval,
-        slow_noise_measured=fit.slow_noise_measured,
-        rms_validation=fit.validation_rms,
-        repeatability=None if repeats is None else finite_or_none(repeats.rms),
-        repeatability_interval=None
-        if repeats is None or not np.isfinite(repeats.interval).all()
-        else list(repeats.interval),
-        repeatability_unit=None if repeats is None else repeats.unit,
-        not_determined=list(fit.not_determined),
-        usable=not fit.unusable,
-        covariance=None if fit.covariance is None else fit.covariance.tolist(),
-        parameter_covariance=None if joint is None else joint.tolist(),
-        degrees_of_freedom=fit.degrees_of_freedom or None,
-        warnings=list(fit.warnings),
-        effects=effects,
-    )
-
-
-def from_report(
-    report: FitReport,
-    source: str,
-    created: str,
-) -> Calibration:
-    """The calibration that a report contains.
-
-    Args:
-        report: the fit.
-        source: description of the source.
-        created: date and time, ISO 8601.
-    """
-    known = [hold.temperature for hold in report.holds if hold.temperature is not None]
-    return Calibration(
-        schema=CALIBRATION_SCHEMA,
-        program=VERSION,
-        created=created,
-        source=without_control_characters(source),
-        gravity=Value(report.gravity, "m/s^2"),
-        temperature=(min(known), max(known)) if known else None,
-        holds=len(report.holds),
-        rotations=sum(rotation.problem is None for rotation in report.rotations),
-        sensors={name: sensor_record(fit) for name, fit in report.sensors.items()},
-        warnings=list(report.notes(judged=False)),
-        hold_means=hold_means(report),
-        rotation_increments=rotation_increments(report),
-        field_means=field_means(report),
-        place={"gravity": "standard" if report.gravity == STANDARD_GRAVITY else "given"},
-    )
-
-
-def described(
-    calibration: Calibration,
-    device: str | None = None,
-    serial: str | None = None,
-    operator: str | None = None,
-    note: str | None = None,
-) -> Calibration:
-    """The calibration with what the user says of device and measurement.
-
-    Args:
+        path: the file.
         calibration: the result.
-        device: name.
-        serial: serial number.
-        operator: who measured.
-        note: anything.
+        described: whether device, place, operator and note have to be the same, too.
     """
-    of = Device(device, serial) if device or serial else calibration.device
-    return msgspec.structs.replace(calibration, device=of, operator=operator, note=note)
-
-
-def sensor_records(
-    report: FitReport,
-    diagnoses: "Mapping[str, Diagnosis]",
-    limits: "Limits | None" = None,
-) -> dict[str, Sensor]:
-    """Each sensor's fit as it stands in JSON, with its verdict and its grade.
-
-    Args:
-        report: the fit.
-        diagnoses: of its sensors; empty where none was asked for.
-        limits: of use; the usual ones when left out.
-    """
-    sensors = {name: sensor_record(fit) for name, fit in report.sensors.items()}
-    if not diagnoses:
-        return sensors
-    from imucal_wizard.diagnose.grade import graded
-
-    grades = graded(report, diagnoses, limits)
-    for name in sensors.keys() & diagnoses.keys():
-        sensors[name] = msgspec.structs.replace(
-            sensors[name],
-            verdict=str(diagnoses[name].verdict),
-            could_be=diagnoses[name].could_be,
-            grade=str(grades[name].grade),
-            limit=grades[name].limit,
-        )
-    return sensors
-
-
-def judged(
-    calibration: Calibration,
-    report: FitReport,
-    diagnoses: "Mapping[str, Diagnosis]",
-    limits: "Limits | None" = None,
-) -> Calibration:
-    """A calibration with the verdicts and grades of its sensors, see ``sensor_records``."""
-    return msgspec.structs.replace(
-        calibration,
-        sensors=sensor_records(report, diagnoses, limits),
-        warnings=list(report.notes(judged=bool(diagnoses))),
-    )
-
-
-def says_the_same(path: Path, calibration: Calibration) -> bool:
-    """Whether a file has the same calibration, except for its date."""
     try:
         found = read_calibration(path)
     except RecordingError:
         return False
-    return encode_json(msgspec.structs.replace(found, created=calibration.created)) == encode_json(
-        calibration
-    )
+    sensors = {
+        name: msgspec.structs.replace(one, as_found=None) for name, one in found.sensors.items()
+    }
+    own = {"created": calibration.created, "fingerprint": calibration.fingerprint}
+    found = msgspec.structs.replace(found, **own, sensors=sensors)
+    if not described:
+        about = {
+            name: getattr(calibration, name) for name in ("device", "place", "operator", "note")
+        }
+        found = msgspec.structs.replace(found, **about)
+    return encode_json(found) == encode_json(calibration)
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -522,13 +470,10 @@ def read_calibration(path: Path) -> Calibration:
     Raises:
         RecordingError: the file is missing, is no calibration, or of another version.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    data = read_document(path)
     try:
         loose: Any = msgspec.json.decode(data)
-    except msgspec.DecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is not JSON; give a saved calibration") from error
     schema = loose.get("schema") if isinstance(loose, dict) else None
     if schema != CALIBRATION_SCHEMA:
@@ -538,17 +483,17 @@ def read_calibration(path: Path) -> Calibration:
         )
     try:
         found = msgspec.json.decode(data, type=Calibration)
-    except msgspec.ValidationError as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is damaged: {error}") from error
     for name, sensor in found.sensors.items():
         wrong = _wrong(sensor)
         if wrong:
             raise RecordingError(f"{path} is damaged or was edited: the {name}'s {wrong}")
-    count = len(found.hold_means)
-    if any(
-        not 0 <= k < count for one in found.rotation_increments for k in (one.before, one.after)
-    ):
-        raise RecordingError(f"{path} is damaged or was edited: a rotation names a missing hold")
+    wrong = wrong_measurements(
+        found.hold_means, found.rotation_increments, found.field_means, found.table_means
+    )
+    if wrong:
+        raise RecordingError(f"{path} is damaged or was edited: {wrong}")
     return found
 
 
@@ -564,4 +509,11 @@ def _wrong(sensor: Sensor) -> str:
     for one in sensor.effects:
         if len(one.sizes) != len(one.parameters):
             return f"{one.term} has {len(one.sizes)} sizes for {len(one.parameters)} parameters"
+    if any((one.standard_error or 0.0) < 0.0 for one in sensor.parameters.values()):
+        return "standard errors are not all positive"
+    if sensor.degrees_of_freedom is not None and sensor.degrees_of_freedom < 1:
+        return f"degrees of freedom are {sensor.degrees_of_freedom}"
+    joint, count = sensor.parameter_covariance, len(sensor.parameters)
+    if joint is not None and [len(row) for row in joint] != [count] * count:
+        return f"covariance of the parameters is not {count} rows of {count} numbers"
     return ""

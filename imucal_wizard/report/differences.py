@@ -9,22 +9,28 @@ Of three and more the scatter stands beside the one that their own standard erro
 import math
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
+import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.input import read_document
 from imucal_wizard.core.quantities import number, plus_minus, value_and_error
-from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass, fields_of
 from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS
-from imucal_wizard.estimate.distributions import exceeded, two_sided
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded, two_sided
+from imucal_wizard.estimate.gauge import triangular
+from imucal_wizard.estimate.parameters import triangular_parameters, with_errors
 from imucal_wizard.model.effect import SENSORS
-from imucal_wizard.report.calibration_file import Calibration, read_calibration
+from imucal_wizard.report.calibration_file import Calibration, Sensor, read_calibration
 
-EXACT_FREEDOM = 100_000
-"""Degrees of freedom of a standard error that is known, as of a certificate."""
+DIFF_SCHEMA = "imucal-wizard/diff/1"
+MAX_PER_CENT = 10_000.0
+"""Of a parameter that is nearly zero a difference in per cent says nothing."""
 SIGNIFICANT = 0.01
 """Probability by chance below which a difference is marked."""
 
@@ -54,11 +60,13 @@ class NamedParameters:
         name: of the file.
         sensors: parameters by sensor and name.
         device: name or serial number, or None.
+        own_frame: parameters of sensors with a full matrix, in their own frame.
     """
 
     name: str
     sensors: Mapping[str, Mapping[str, Known]]
     device: str | None = None
+    own_frame: Mapping[str, Mapping[str, Known]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -97,14 +105,11 @@ def named_parameters(path: Path) -> NamedParameters:
     Raises:
         RecordingError: the file cannot be read, or is neither.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+    data = read_document(path)
     try:
         toml = path.suffix == ".toml"
         loose: Any = tomllib.loads(data.decode()) if toml else msgspec.json.decode(data)
-    except (ValueError, msgspec.DecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is neither a calibration nor a reference: {error}") from error
     if isinstance(loose, dict) and "schema" in loose:
         return _of_calibration(path.name, read_calibration(path))
@@ -144,7 +149,30 @@ def _of_calibration(name: str, calibration: Calibration) -> NamedParameters:
             for sensor, record in calibration.sensors.items()
         },
         None if device is None else device.serial or device.name,
+        {
+            sensor: _in_own_frame(record)
+            for sensor, record in calibration.sensors.items()
+            if record.covariance is not None and any(one == "cross_xy" for one in record.parameters)
+        },
     )
+
+
+def _in_own_frame(record: Sensor) -> dict[str, Known]:
+    """Parameters of a full matrix as those of a triangular one, which a rate table determines.
+
+    The two differ by a rotation, how the sensor lies to the accelerometer.
+    """
+    freedom = record.degrees_of_freedom or EXACT_FREEDOM
+    units = {name: one.unit for name, one in record.parameters.items()}
+
+    def convert(entries: FloatArray) -> dict[str, float]:
+        return triangular_parameters(triangular(entries[:9].reshape(3, 3))[1], entries[9:])
+
+    entries = np.append(np.ravel(record.matrix), record.bias)
+    found = with_errors(
+        convert, entries, np.array(record.covariance), lambda name: units.get(name, "rad"), ()
+    )
+    return {one.name: Known(one.value, one.standard_error, one.unit, freedom) for one in found}
 
 
 def _given(one: Any) -> Known:
@@ -173,6 +201,14 @@ def differences(
         notes.append(f"these are different devices: {', '.join(sorted(devices))}")
     for sensor in SENSORS:
         tables = [one.sensors.get(sensor, {}) for one in files]
+        if all(tables) and any("theta_yz" in one for one in tables):
+            turned = [one.own_frame.get(sensor) for one in files]
+            if any(turned):
+                notes.append(
+                    f"{sensor}: compared in its own frame, since not every file tells how it lies "
+                    "to the accelerometer"
+                )
+            tables = [own or table for own, table in zip(turned, tables, strict=True)]
         names = list(dict.fromkeys(name for table in tables for name in table))
         common = [name for name in names if all(name in table for table in tables)]
         others = [name for name in names if name not in common]
@@ -269,6 +305,23 @@ def _scattered(
     return exceeded((deviation / predicted) ** 2, count - 1, freedom)
 
 
+def difference_document(
+    files: Sequence[NamedParameters],
+    found: Mapping[str, Mapping[str, Difference]],
+    notes: Sequence[str],
+) -> dict[str, Any]:
+    """The differences for scripts (diff/1); the arguments are those of ``difference_table``."""
+    return {
+        "schema": DIFF_SCHEMA,
+        "files": [one.name for one in files],
+        "sensors": {
+            sensor: {name: fields_of(one) for name, one in rows.items()}
+            for sensor, rows in found.items()
+        },
+        "notes": notes,
+    }
+
+
 def difference_table(
     files: Sequence[NamedParameters],
     found: Mapping[str, Mapping[str, Difference]],
@@ -280,7 +333,7 @@ def difference_table(
     for sensor, rows in found.items():
         many = len(files) > 2
         heads = ("mean", "scatter", "predicted", "p") if many else ("1", "2", "2 − 1", "%", "p")
-        widths = (14, 14, 14, 9) if many else (12, 12, 22, 7, 7)
+        widths = (14, 14, 14, 9) if many else (12, 12, 21, 7, 8)
         lines += ["", f"{sensor.upper():20}" + _cells(heads, widths)]
         for name, one in rows.items():
             total += one.p is not None
@@ -308,7 +361,8 @@ def _two(one: Difference) -> tuple[str, ...]:
         number(v, 5) if not error else value_and_error(v, error)[0] for v in one.values
     )
     away = plus_minus(one.difference, error)
-    return first, second, away, number(one.per_cent, 2), _chance(one.p)
+    share = one.per_cent if one.per_cent and abs(one.per_cent) < MAX_PER_CENT else None
+    return first, second, away, number(share, 2), _chance(one.p)
 
 
 def _many(one: Difference) -> tuple[str, ...]:

@@ -6,12 +6,14 @@ from typing import Any
 import numpy as np
 
 from imucal_wizard.core.quantities import finite_or_none
+from imucal_wizard.core.records import fields_of
 from imucal_wizard.estimate.comparison import MethodRow
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.found import SecondStage
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.report.calibration_file import Sensor, sensor_record
+from imucal_wizard.report.calibration_file import Sensor
+from imucal_wizard.report.calibration_record import sensor_record
 
 FIT_SCHEMA = "imucal-wizard/fit/1"
 COMPARE_SCHEMA = "imucal-wizard/compare/1"
@@ -47,6 +49,7 @@ def fit_document(
             }
             for rotation, angle in zip(report.rotations, angles, strict=True)
         ],
+        **_table(report),
         "sensors": sensors or {name: sensor_record(fit) for name, fit in report.sensors.items()},
         **({} if report.magnetic is None else {"magnetometer": _magnetic(report.magnetic)}),
         **(
@@ -54,10 +57,7 @@ def fit_document(
             if report.second_stage is None
             else {"second_stage": second_stage_document(report.second_stage)}
         ),
-        "comparison": [
-            {name: getattr(row, name) for name in row.__dataclass_fields__}
-            for row in report.comparison
-        ],
+        "comparison": [fields_of(row) for row in report.comparison],
     }
 
 
@@ -82,6 +82,16 @@ def _magnetic(found: MagnetometerFit) -> dict[str, Any]:
         "covered": int((found.filled > 0).sum()),
         "directions": found.filled.astype(int).tolist(),
     }
+
+
+def _table(report: FitReport) -> dict[str, Any]:
+    """The steps of a rate table, where one turned the device."""
+    fits = [fit for fit in report.sensors.values() if fit.of_table]
+    if not fits:
+        return {}
+    from imucal_wizard.report.table_document import table_document
+
+    return {"rate_table": table_document(fits[0])}
 
 
 def _hold(hold: Hold, report: FitReport) -> dict[str, Any]:
@@ -114,9 +124,7 @@ def second_stage_document(stage: SecondStage) -> dict[str, Any]:
         "clock_offset": None
         if stage.clock is None
         else {"seconds": stage.clock.seconds, "standard_error": stage.clock.standard_error},
-        "gyroscope": None
-        if added is None
-        else {name: getattr(added, name) for name in added.__dataclass_fields__},
+        "gyroscope": None if added is None else fields_of(added),
         "headings": [
             {
                 "hold": int(hold),

@@ -10,7 +10,8 @@ with slopes w′ from the neighbouring intervals; the last part is the coning wi
 """
 
 from collections.abc import Sequence
-from typing import Any
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -20,6 +21,9 @@ from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation
+
+if TYPE_CHECKING:  # imported where a rate table turned the device
+    from imucal_wizard.estimate.table_steps import TableTurn
 
 MAX_INCREMENT_ERROR = np.radians(5e-4)
 """Of a rotation that is integrated from its increments instead of its samples, rad: half of what
@@ -52,6 +56,8 @@ class HoldMeans(msgspec.Struct, frozen=True):
         noise_freedom: degrees of freedom per axis of the covariances.
         accelerometer_scatter: variance of each axis of the mean if samples were independent.
         gyroscope_scatter: the same of the gyroscope.
+        gyroscope_turn: how far the gyroscope turned from the mean direction to that at the end,
+            beyond its mean reading, reading × s, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -71,6 +77,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     noise_freedom: int = 4
     accelerometer_scatter: list[float] | None = None
     gyroscope_scatter: list[float] | None = None
+    gyroscope_turn: list[float] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -89,6 +96,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             accelerometer_scatter=_array(self.accelerometer_scatter),
             gyroscope_scatter=_array(self.gyroscope_scatter),
             noise_freedom=self.noise_freedom,
+            gyroscope_turn=_array(self.gyroscope_turn),
         )
 
 
@@ -144,6 +152,120 @@ class FieldMean(msgspec.Struct, frozen=True):
     current: float | None = None
 
 
+class TableMeans(msgspec.Struct, frozen=True):
+    """A step of a rate table, a turn of a turntable, or a rest of either, in k pieces.
+
+    Attributes:
+        start: s.
+        end: s.
+        angle: by which the table turned meanwhile, rad; 0 at rest.
+        seconds: duration of each piece, s.
+        gyroscope: mean reading in each, ``bias_unit``, k×3.
+        covariance: of the mean of a step or rest, 3×3; None of a turn.
+        scatter: variance of each axis of that mean if samples were independent.
+        samples: averaged; 0 of a turn.
+        noise_freedom: degrees of freedom per axis of the covariance.
+    """
+
+    start: float
+    end: float
+    angle: float
+    seconds: list[float]
+    gyroscope: list[list[float]]
+    covariance: list[list[float]] | None = None
+    scatter: list[float] | None = None
+    samples: int = 0
+    noise_freedom: int = 0
+
+    def turned(self) -> "TableTurn":
+        """The step or turn, for a fit of the same data with another model."""
+        from imucal_wizard.estimate.table_steps import TableTurn
+
+        pieces = np.array(self.gyroscope), np.array(self.seconds)
+        hold = None if self.covariance is None else self._hold(self.covariance)
+        return TableTurn(self.start, self.end, *pieces, self.angle, hold)
+
+    def _hold(self, covariance: list[list[float]]) -> Hold:
+        mean, spread, scatter = (
+            np.array(one) for one in (self.gyroscope[0], covariance, self.scatter)
+        )
+        return Hold(
+            start=self.start,
+            end=self.end,
+            accelerometer=mean,
+            accelerometer_covariance=spread,
+            gyroscope=mean,
+            gyroscope_covariance=spread,
+            samples=self.samples,
+            accelerometer_scatter=scatter,
+            gyroscope_scatter=scatter,
+            noise_freedom=self.noise_freedom,
+        )
+
+
+def table_means(report: FitReport) -> list[TableMeans]:
+    """What a rate table did, where it alone calibrated the gyroscope."""
+    fit = report.sensors.get("gyroscope")
+    data = None if fit is None or fit.experiment is None else fit.experiment.on_table
+    if data is None:
+        return []
+    from imucal_wizard.estimate.table_steps import TableTurn
+
+    rests = (
+        TableTurn(
+            hold.start,
+            hold.end,
+            np.array([hold.gyroscope]),
+            np.array([hold.end - hold.start]),
+            0.0,
+            hold,
+        )
+        for hold in data.rests
+    )
+    return [
+        TableMeans(
+            start=one.start,
+            end=one.end,
+            angle=one.angle,
+            seconds=one.seconds.tolist(),
+            gyroscope=one.reading.tolist(),
+            covariance=None if one.hold is None else _listed(one.hold.gyroscope_covariance),
+            scatter=None if one.hold is None else _listed(one.hold.gyroscope_scatter),
+            samples=0 if one.hold is None else one.hold.samples,
+            noise_freedom=0 if one.hold is None else one.hold.noise_freedom,
+        )
+        for one in sorted((*rests, *data.turned), key=lambda one: one.start)
+    ]
+
+
+def wrong_measurements(
+    holds: Sequence[HoldMeans],
+    rotations: Sequence[RotationIncrements],
+    fields: Sequence[FieldMean],
+    table: Sequence[TableMeans],
+) -> str:
+    """What of the measurements cannot be used, or "" if all can."""
+    for hold in holds:
+        if {len(one) for one in (hold.accelerometer, hold.gyroscope) if one is not None} != {3}:
+            return f"the hold at {hold.start:g} s does not have three numbers of each sensor"
+        if not hold.end > hold.start:
+            return f"the hold at {hold.start:g} s ends before it begins"
+    for one in rotations:
+        if not all(0 <= place < len(holds) for place in (one.before, one.after)):
+            return "a rotation names a missing hold"
+        if not one.gyroscope or len(one.edges) != len(one.gyroscope) + 1:
+            return "a rotation has not one edge more than intervals"
+        if not all(later > edge for edge, later in pairwise(one.edges)):
+            return "the times of a rotation do not increase"
+    turned = [row for one in rotations for row in one.gyroscope]
+    on_table = [row for step in table for row in step.gyroscope]
+    if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):
+        return "a reading does not have three numbers"
+    if any(len(step.seconds) != len(step.gyroscope) or not step.seconds for step in table):
+        return "a step of the rate table has not one duration for each reading"
+    return ""
+
+
 def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
     """Rotation by mean rates over intervals, shape (3, 3); see the module.
 
@@ -183,6 +305,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             noise_freedom=hold.noise_freedom,
             accelerometer_scatter=_listed(hold.accelerometer_scatter),
             gyroscope_scatter=_listed(hold.gyroscope_scatter),
+            gyroscope_turn=_listed(hold.gyroscope_turn),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)

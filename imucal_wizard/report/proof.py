@@ -1,7 +1,8 @@
 """The errors of any correction on what a calibration file has measured.
 
 Of the accelerometer that of the magnitude of gravity over the holds, of the gyroscope the angle
-between carried and measured gravity over the rotations, of the magnetometer that of the field's
+between carried and measured gravity over the rotations (that of each step, where a rate table alone
+calibrated it), of the magnetometer that of the field's
 magnitude. A correction is any function of readings, so that the one of another program is judged as
 the calibration itself is.
 """
@@ -13,6 +14,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.model.effect import DATA_SHEET_UNIT, Circumstances
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.measured import RotationIncrements
@@ -76,6 +78,8 @@ class Proof:
             self._up = _unit(self._own["accelerometer"](self._samples["accelerometer"]))
             if calibration.rotation_increments and "gyroscope" in calibration.sensors:
                 self._samples["gyroscope"] = self._turning()
+        if calibration.table_means and "gyroscope" in calibration.sensors:
+            self._samples["gyroscope"] = self._table_samples()
         if calibration.field_means and "magnetometer" in calibration.sensors:
             self._samples["magnetometer"] = self._field_samples()
 
@@ -88,10 +92,22 @@ class Proof:
 
         Args:
             corrections: by sensor.
+            frame: as of ``residuals``.
+        """
+        found = self.residuals(corrections, frame=frame)
+        return {name: root_mean_square(each) for name, each in found.items()}
+
+    def residuals(
+        self, corrections: Mapping[str, Correction], *, frame: bool
+    ) -> dict[str, FloatArray]:
+        """Error of each hold, rotation and reading of the field, in the sensor's ``unit``.
+
+        Args:
+            corrections: by sensor.
             frame: gravity's direction is that of the accelerometer so corrected, and not that of
                 the calibration: for a program with another body frame.
         """
-        found = {}
+        found: dict[str, FloatArray] = {}
         corrected = {
             name: corrections[name](samples)
             for name, samples in self._samples.items()
@@ -99,13 +115,15 @@ class Proof:
         }
         if "accelerometer" in corrected:
             size = np.linalg.norm(corrected["accelerometer"], axis=1)
-            found["accelerometer"] = _rms(size - self._calibration.gravity.value)
-        if "gyroscope" in corrected:
+            found["accelerometer"] = size - self._calibration.gravity.value
+        if "gyroscope" in corrected and self._calibration.table_means:
+            found["gyroscope"] = self._table_errors(corrected["gyroscope"])
+        elif "gyroscope" in corrected:
             there = frame and "accelerometer" in corrected
             up = _unit(corrected["accelerometer"]) if there else self._up
-            found["gyroscope"] = _rms(self._closing(corrected["gyroscope"], up))
+            found["gyroscope"] = self._closing(corrected["gyroscope"], up)
         if "magnetometer" in corrected:
-            found["magnetometer"] = self._field_error(corrected["magnetometer"])
+            found["magnetometer"] = self._field_errors(corrected["magnetometer"])
         return found
 
     @property
@@ -162,6 +180,31 @@ class Proof:
         sensor = self._calibration["accelerometer"]
         return np.asarray(forces @ np.linalg.inv(sensor.matrix).T + sensor.bias)
 
+    def _table_samples(self) -> Samples:
+        """The pieces of all steps and turns; the force on them is not known."""
+        steps = [one for one in self._calibration.table_means if one.angle]
+        reading = np.concatenate([one.gyroscope for one in steps])
+        ends = [one.start + np.cumsum(one.seconds) for one in steps]
+        time = np.concatenate(ends) - 0.5 * np.concatenate([one.seconds for one in steps])
+        nothing = np.zeros((len(time), 3))
+        where = Circumstances(
+            force=nothing,
+            rate=nothing,
+            temperature=np.full(len(time), np.nan),
+            time=time - time[0],
+            previous=np.full((len(time), 3), np.nan),
+            vibration=np.zeros(len(time)),
+        )
+        return Samples(reading, where, nothing)
+
+    def _table_errors(self, rates: FloatArray) -> FloatArray:
+        """By how much the angle of each step is not the table's."""
+        steps = [one for one in self._calibration.table_means if one.angle]
+        seconds = np.concatenate([one.seconds for one in steps])
+        first = np.cumsum([0, *(len(one.seconds) for one in steps[:-1])])
+        turned = np.add.reduceat(rates * seconds[:, None], first, axis=0)
+        return np.asarray(np.linalg.norm(turned, axis=1) - [one.angle for one in steps])
+
     def _field_samples(self) -> Samples:
         means = self._calibration.field_means
         reading, count = np.array([one.reading for one in means]), len(means)
@@ -178,11 +221,11 @@ class Proof:
         )
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
-    def _field_error(self, corrected: FloatArray) -> float:
-        """Scatter of the magnitude about its own mean: no place has a field of known size."""
+    def _field_errors(self, corrected: FloatArray) -> FloatArray:
+        """Magnitude about its own mean: no place has a field of known size."""
         short = np.array([one.shortened for one in self._calibration.field_means])
         size = np.linalg.norm(corrected, axis=1) + short
-        return _rms(size - size.mean())
+        return np.asarray(size - size.mean())
 
 
 def force_in_g(where: Circumstances) -> FloatArray:
@@ -192,10 +235,6 @@ def force_in_g(where: Circumstances) -> FloatArray:
 
 def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
 
 
 def _or_nan(value: float | None) -> float:

@@ -15,12 +15,14 @@ from imucal_wizard.core.readings import Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.accelerometer import BASE, accelerometer_experiment
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.gyroscope import gyroscope_minimum
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Term
-from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor, sensor_record
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor
+from imucal_wizard.report.calibration_record import sensor_record
 from imucal_wizard.report.measured import RotationIncrements
 
 SAMPLES_PER_INTERVAL = 4
@@ -107,14 +109,31 @@ def _accelerometer(calibration: Calibration, base: list[str], terms: list[Term])
 
 
 def _gyroscope(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
-    """Under gravity as the whole model of the accelerometer sees it."""
+    """Under gravity as the whole model of the accelerometer sees it, or by a rate table alone."""
+    if calibration.table_means:
+        return _on_table(calibration, base, terms)
     _check(bool(calibration.rotation_increments))
     every = _terms(calibration["accelerometer"], Kept(takes=lambda _one: True))
     accelerometer = _accelerometer(calibration, list(BASE), every)
     holds = [one.hold() for one in calibration.hold_means]
     rotations = [rotation_of(one, holds) for one in calibration.rotation_increments]
     unit = calibration["gyroscope"].bias_unit
-    found = gyroscope_minimum(holds, rotations, accelerometer, unit)
+    near = np.array(calibration["gyroscope"].matrix)
+    found = gyroscope_minimum(holds, rotations, accelerometer, unit, near=near)
+    return fit(found.experiment, terms, base)
+
+
+def _on_table(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+    from imucal_wizard.estimate.rate_table import fit_rate_table
+    from imucal_wizard.estimate.table_steps import TableData
+
+    sensor, every = calibration["gyroscope"], [one.turned() for one in calibration.table_means]
+    near = Parameters(np.array(sensor.matrix), np.array(sensor.bias))
+    rests = tuple(one.hold for one in every if one.hold is not None and not one.angle)
+    data = TableData(rests, tuple(one for one in every if one.angle), near)
+    time, means = np.array([one.start for one in every]), np.array([one.mean for one in every])
+    found = fit_rate_table(data, Series(time, means, sensor.bias_unit))
+    assert found.experiment is not None  # noqa: S101 (narrows the type)
     return fit(found.experiment, terms, base)
 
 

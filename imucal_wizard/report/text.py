@@ -16,6 +16,7 @@ from imucal_wizard.core.quantities import (
     unit_sign,
     value_and_error,
 )
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.result import FitReport, Parameter, SensorFit, single_axis_note
 
 if TYPE_CHECKING:  # those of a verdict, and of a magnetometer, which few recordings have
@@ -23,6 +24,7 @@ if TYPE_CHECKING:  # those of a verdict, and of a magnetometer, which few record
     from imucal_wizard.diagnose.grade import Limits
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
+    from imucal_wizard.report.calibration_file import Calibration
 
 TEXT_COLUMNS = 80
 MIN_DIP_OF_HEMISPHERE = 10.0
@@ -45,16 +47,18 @@ def summary(
         limits: of use, see ``diagnose.grade``.
     """
     told = diagnoses or {}
+    motions = "" if report.on_table and not report.holds else f"{_motions(report)}, "
     lines = [
         *(_grades(report, told, limits) if told else ()),
         _wrapped(
-            f"{len(report.holds)} holds, {_motions(report)}, "
-            + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
+            motions + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
         ),
     ]
     for name, fit in report.sensors.items():
         could_be = told[name].could_be if name in told else None
         lines += ["", *_sensor(name, fit, could_be)]
+        if fit.of_table:
+            lines += table_lines(fit)
     if report.magnetic is not None:
         lines += field_lines(report.magnetic, report.sensors["magnetometer"])
     if report.second_stage is not None:
@@ -93,7 +97,7 @@ def _motions(report: FitReport) -> str:
     """Number of rotations, and of those about one axis."""
     count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
     about = f" ({single} of them about one axis)" if single else ""
-    return f"{count} rotations{about}"
+    return f"{len(report.holds)} holds, {count} rotations{about}"
 
 
 def _wrapped(text: str) -> str:
@@ -115,6 +119,47 @@ def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
     for told in (text, *(f"  {note}" for note in (fit.before_note, fit.slow_noise_note) if note)):
         lines += textwrap.wrap(told, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
     return lines
+
+
+def correction_text(calibration: "Calibration") -> str:
+    """What corrects the readings, with as many digits as a program needs."""
+    lines = []
+    for name, one in calibration.sensors.items():
+        effects = f" − effects ({', '.join(e.term for e in one.effects)})" if one.effects else ""
+        lines.append(f"{name}: corrected = M · (reading − b){effects}; b in {one.bias_unit}")
+        lines += [f"  M {'  '.join(f'{value: .9e}' for value in row)}" for row in one.matrix]
+        lines.append(f"  b {'  '.join(f'{value: .9e}' for value in one.bias)}")
+    return "\n".join(lines)
+
+
+def table_lines(fit: SensorFit) -> list[str]:
+    """What a rate table did, how well it fits, and what the matrix then means."""
+    from imucal_wizard.report.table_document import steps_of_table
+
+    steps = steps_of_table(fit)
+    rates = np.array([step.rate for step in steps])
+    errors = np.array([step.error / step.seconds for step in steps])
+    mountings = len({step.mounting for step in steps})
+    low, high = (quantity(float(one), "rad/s") for one in (rates.min(), rates.max()))
+    text = (
+        f"rate table: {len(steps)} steps of {low} to {high} in {mountings} mountings; they differ "
+        f"by {quantity(root_mean_square(errors), 'rad/s', 2)} rms, "
+        f"{1e6 * root_mean_square(errors / rates):.0f} ppm of the rate"
+    )
+    told = [text]
+    if fit.frame == "own":
+        told.append(
+            "The matrix is in the gyroscope's own frame: x along its x axis, y in the plane of its "
+            "x and y axes. A table about an unknown axis shows the scales and the angles between "
+            "the axes, but neither how the gyroscope lies in its housing nor a mirrored axis."
+        )
+    return [
+        line
+        for one in told
+        for line in textwrap.wrap(
+            one, TEXT_COLUMNS, initial_indent="    ", subsequent_indent="    "
+        )
+    ]
 
 
 def field_lines(found: "MagnetometerFit", fit: SensorFit) -> list[str]:
@@ -234,6 +279,6 @@ def heading_summary(headings: "Headings") -> tuple[float, float]:
     if not seen.any():
         return float("nan"), float("nan")
     return (
-        float(np.sqrt(np.mean(change[seen] ** 2))),
-        float(np.sqrt(np.mean(headings.error[seen] ** 2))),
+        root_mean_square(change[seen]),
+        root_mean_square(headings.error[seen]),
     )

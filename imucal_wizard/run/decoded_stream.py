@@ -59,7 +59,7 @@ class LinkHealth:
 
         Args:
             intake: the intake of the stream.
-            journal: the reason why nothing is being saved, or ``""``.
+            journal: why what was received is not on the disk yet, or ``""``.
         """
         unwritten = f"the session is {journal}" if journal else ""
         if self._link or unwritten or intake.problem:
@@ -82,25 +82,20 @@ class Notifications:
     def __init__(self) -> None:
         self._warned: set[str] = set()
         self._stalled = False
-        self._unwritten = False
 
-    def new(
-        self, step: StepKind, warnings: Sequence[str], stalled: str, unwritten: str
-    ) -> Iterator[Notification]:
+    def new(self, step: StepKind, warnings: Sequence[str], stalled: str) -> Iterator[Notification]:
         """The new notifications.
 
         Args:
             step: the step at work.
             warnings: all warnings of the intake so far.
             stalled: the reason why no samples arrive, or "".
-            unwritten: why nothing is written down at present, or "".
         """
         noticed = self._noticed(warnings)
         if step is not StepKind.SOURCE:  # the preview shows it in that step
             yield from ((EventKind.WARNING, text) for text in noticed)
         if step not in _AT_EASE:
             yield from self._flow(stalled)
-        yield from self._session(unwritten)
 
     def _noticed(self, warnings: Sequence[str]) -> list[str]:
         if len(warnings) == len(self._warned):
@@ -115,13 +110,6 @@ class Notifications:
             yield EventKind.STALLED, stalled
         elif before and not stalled:
             yield EventKind.FLOWING, "Samples arrive again."
-
-    def _session(self, unwritten: str) -> Iterator[Notification]:
-        before, self._unwritten = self._unwritten, bool(unwritten)
-        if unwritten and not before:
-            yield EventKind.WARNING, f"The session is {unwritten}."
-        elif before and not unwritten:
-            yield EventKind.WRITTEN_AGAIN, "The session is being saved again, without a gap."
 
 
 class DecodedStream:
@@ -169,15 +157,10 @@ class DecodedStream:
         """Add warnings from elsewhere, each once."""
         self._noted = tuple(dict.fromkeys((*self._noted, *texts)))
 
-    def notifications(self, step: StepKind, unwritten: str) -> Iterator[Notification]:
-        """The new notifications.
-
-        Args:
-            step: the step at work.
-            unwritten: why nothing is written down at present, or "".
-        """
+    def notifications(self, step: StepKind) -> Iterator[Notification]:
+        """The new notifications in a step."""
         stalled = self.link_health.stalled(self.intake)
-        return self._notifications.new(step, self.intake.warnings, stalled, unwritten)
+        return self._notifications.new(step, self.intake.warnings, stalled)
 
     def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
         """The status of the stream for the screens.
@@ -185,7 +168,7 @@ class DecodedStream:
         Args:
             rate: samples per second if no bytes are read.
             samples: number of samples that the procedure has received.
-            unwritten: why nothing is written down at present, or "".
+            unwritten: why what was received is not on the disk yet, or "".
         """
         intake = self.intake
         return StreamStatus(

@@ -3,25 +3,45 @@
 The same bytes and commands in the same order give a bit-identical state, whatever their timing.
 """
 
-from collections import deque
+import json
+import pickle
 from collections.abc import Sequence
 
+from imucal_wizard.acquire.files.session_file import DESCRIBE_COMMAND
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.state_machine import Listener, StateMachine
+from imucal_wizard.guide.steps.recheck import Planner
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.stillness import Noise
+from imucal_wizard.run.announcements import Announcements
 from imucal_wizard.run.decoded_stream import DecodedStream
 from imucal_wizard.run.journal import Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.run.snapshot_maker import SnapshotMaker
 
-EVENTS_KEPT = 50
-"""Newest events in a snapshot."""
+CHECKPOINT_SECONDS = 120.0
+"""Seconds of samples after which the state is kept again: a resume replays them in a second."""
+CHECKPOINT_SAMPLES = 200_000
+"""The same in samples, for fast streams."""
+CHECKPOINT_BYTES = 50_000
+"""Bytes of checkpoints per second of samples at most; a large state is kept less often."""
+_STATE = (
+    "_stream",
+    "_machine",
+    "_noise",
+    "_time",
+    "_waiting",
+    "_announcements",
+    "_view",
+    "samples",
+)
+"""The attributes that a checkpoint keeps."""
 _QUIET_EVENTS = frozenset({EventKind.STILL, EventKind.MOVED, EventKind.STUCK})
 """Events that do not change the measurements."""
 
@@ -30,13 +50,15 @@ class Engine:
     """A stream and its procedure.
 
     Before the first sample, rate and units are unknown and there is no procedure; commands wait for
-    it.
+    it. ``status``, ``step`` and ``collected`` are what is decided; a snapshot tells only what is on
+    the disk. Methods that write raise ``SessionError`` once the disk has failed.
 
     Args:
         setup: known properties of the stream.
         settings: settings of the procedure.
         source: description of the source.
         journal: journal of the session.
+        planner: chooses the poses of a recheck.
 
     Attributes:
         journal: the same.
@@ -52,12 +74,13 @@ class Engine:
         *,
         source: str = "",
         journal: Journal | None = None,
+        planner: Planner | None = None,
     ) -> None:
+        self._planner = planner
         self.journal = journal or Journal()
         self.settings = settings or ProcedureSettings()
         self._listener: Listener | None = None
-        self._events: deque[Event] = deque(maxlen=EVENTS_KEPT)
-        self._event_count = 0
+        self._announcements = Announcements()
         self._stream = DecodedStream(setup or StreamSetup(), source)
         self._waiting: list[tuple[str, str]] = []
         self._view = SnapshotMaker()
@@ -68,6 +91,7 @@ class Engine:
         self._machine: StateMachine | None = None
         self._noise = noise
         self._time = 0.0
+        self._kept_until = CHECKPOINT_SECONDS, CHECKPOINT_SAMPLES
         self._view = SnapshotMaker(self._view.serial)
         self.samples = 0
         self.finished = False
@@ -113,9 +137,40 @@ class Engine:
         if not was_ready:
             self._resolved()
         self._view.changed()
+        self._notify()  # in the step before these samples, however many come together
         if readings is not None:
             self.receive_readings(readings)
-        self._notify()
+        if self._time >= self._kept_until[0] or self.samples >= self._kept_until[1]:
+            self._kept_until = self._next_checkpoint(self.journal.checkpoint(self.state))
+
+    def _next_checkpoint(self, size: int) -> tuple[float, int]:
+        """Time, s, and number of samples of the next checkpoint.
+
+        Args:
+            size: of the last one, bytes.
+        """
+        scale = max(1.0, size / (CHECKPOINT_BYTES * CHECKPOINT_SECONDS))
+        samples = self.samples + round(scale * CHECKPOINT_SAMPLES)
+        return self._time + scale * CHECKPOINT_SECONDS, samples
+
+    def state(self) -> bytes:
+        """Everything received and decided so far, for ``restore``."""
+        return pickle.dumps({name: getattr(self, name) for name in _STATE}, pickle.HIGHEST_PROTOCOL)
+
+    def restore(self, state: bytes) -> None:
+        """Continue from a state, as if the same bytes and commands had been received.
+
+        Args:
+            state: what ``state`` of this program has made; nothing else, because loading it can run
+                any code.
+        """
+        source, link, serial = self._stream.source, self._stream.link_health, self._view.serial
+        vars(self).update(pickle.loads(state))  # noqa: S301 - the seal is checked
+        self._stream.source, self._stream.link_health = source, link
+        self._view.count_from(serial)
+        self._kept_until = self._next_checkpoint(len(state))
+        if self._machine is not None:
+            self._machine.listen(self._listener)
 
     def _resolved(self) -> None:
         """Store the setup of the stream once it is complete."""
@@ -124,7 +179,7 @@ class Engine:
 
     def _notify(self) -> None:
         """Emit the new notifications about the stream and the session."""
-        for kind, text in self._stream.notifications(self.step, self.journal.problem):
+        for kind, text in self._stream.notifications(self.step):
             self.emit(kind, text)
 
     def receive_readings(self, readings: Readings, rate: float = 0.0) -> None:
@@ -141,7 +196,8 @@ class Engine:
         if self._machine is None:
             rate = self._stream.intake.rate or rate or readings.accelerometer.rate
             self._view.begin(rate, readings)
-            self._machine = self.settings.machine(readings, rate, self._noise, self._listener)
+            known = rate, self._noise, self._listener, self._planner
+            self._machine = self.settings.machine(readings, *known)
             waiting, self._waiting = self._waiting, []
             for order in waiting:
                 self._emit(self._execute(self._machine, *order))
@@ -156,8 +212,7 @@ class Engine:
         if self._machine is None:
             self._waiting.append((name, argument))
         else:
-            self._emit(self._execute(self._machine, name, argument))
-        self._view.changed()
+            self._decided(self._execute(self._machine, name, argument))
 
     def _execute(self, machine: StateMachine, name: str, argument: str) -> Sequence[Event]:
         try:
@@ -165,14 +220,17 @@ class Engine:
         except UsageError as error:
             return (Event(EventKind.WARNING, self._time, str(error)),)
 
+    def describe(self, description: Description) -> None:
+        """State device, place and operator; the procedure does not change."""
+        self.journal.command(self.samples, DESCRIBE_COMMAND, json.dumps(description.told()))
+
     def set_setup(self, setup: StreamSetup) -> None:
         """Read the stream with another setup from now on; the procedure restarts."""
         self.journal.new_setup(self.samples, setup)
         begun, readings = self._machine is not None, self._stream.reconfigure(setup)
         self._begin_again()
-        if begun:
-            text = "the stream is read with another setup: the procedure begins again"
-            self.emit(EventKind.WARNING, text)
+        text = "the stream is read with another setup: the procedure begins again"
+        self._decided((Event(EventKind.WARNING, self._time, text),) if begun else ())
         self._resolved()
         if readings is not None:
             self.receive_readings(readings)
@@ -195,7 +253,7 @@ class Engine:
 
     def idle(self, arrival: float, *, expected: bool = False) -> None:
         """No data until now; ``expected`` silence is not a problem."""
-        self.journal.idle()
+        self.journal.check()
         if expected:
             self._stream.link_health.heard(arrival)
         self._notify()
@@ -221,15 +279,21 @@ class Engine:
         self._stream.note((text,))
         self.emit(EventKind.WARNING, text)
 
+    def continue_in(self, journal: Journal) -> None:
+        """Write to a journal from here on; what has been replayed is on the disk and is told."""
+        self.journal = journal
+        self._announcements.status(self.status)
+
     def _emit(self, events: Sequence[Event]) -> None:
-        if not events:
-            return
-        self._events.extend(events)
-        self._event_count += len(events)
+        if events:
+            self._decided(events)
+
+    def _decided(self, events: Sequence[Event]) -> None:
+        """Write what was decided, and tell it once it is on the disk."""
+        quiet = bool(events) and all(event.kind in _QUIET_EVENTS for event in events)
+        self.journal.decided(events, None if quiet else self.collected, str(self.step))
+        self._announcements.decided(self.journal, events, self.status)
         self._view.changed()
-        if any(event.kind not in _QUIET_EVENTS for event in events):
-            self.journal.found(self.collected(), events)
-            self.journal.step(str(self.step))
 
     @property
     def step(self) -> StepKind:
@@ -237,8 +301,11 @@ class Engine:
         return StepKind.SOURCE if self._machine is None else self._machine.step
 
     def status(self) -> Status:
-        """The procedure at this moment."""
-        return Status() if self._machine is None else self._machine.status()
+        """The procedure at this moment; before the first sample only its steps."""
+        if self._machine is not None:
+            return self._machine.status()
+        procedure = self.settings.procedure
+        return Status(steps=procedure.kinds, poses=len(procedure.step(StepKind.POSES).poses))
 
     @property
     def provisional_noise(self) -> Noise | None:
@@ -251,8 +318,15 @@ class Engine:
 
     def snapshot(self) -> Snapshot:
         """A frozen snapshot; the same object again if nothing has changed."""
-        events = (tuple(self._events), self._event_count)
-        return self._view.snapshot(self._stream_status, self.status, events, self.finished)
+        told = self._announcements
+        if told.confirm(self.journal):
+            self._view.changed()
+        return self._view.snapshot(
+            self._stream_status,
+            lambda: told.status(self.status),
+            (tuple(told.events), told.count),
+            self.finished,
+        )
 
     def busy(self, text: str) -> Snapshot:
         """A snapshot that shows only the work in progress."""

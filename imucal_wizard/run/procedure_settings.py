@@ -11,6 +11,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import SI_UNIT, STANDARD_GRAVITY
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.state_machine import Listener, StateMachine
+from imucal_wizard.guide.steps.recheck import Planner
 from imucal_wizard.measurement.stillness import Noise
 
 
@@ -29,7 +30,12 @@ class ProcedureSettings:
     gyroscope_range: float | None = None
 
     def machine(
-        self, readings: Readings, rate: float, noise: Noise | None, listener: Listener | None
+        self,
+        readings: Readings,
+        rate: float,
+        noise: Noise | None,
+        listener: Listener | None,
+        planner: Planner | None = None,
     ) -> StateMachine:
         """A procedure for a stream that begins with these samples.
 
@@ -38,6 +44,7 @@ class ProcedureSettings:
             rate: samples per second.
             noise: noise of the device at rest, if already known.
             listener: receives every instruction.
+            planner: chooses the poses of a recheck.
         """
         gyroscope = readings.gyroscope
         known = gyroscope is not None and gyroscope.unit == SI_UNIT["gyroscope"]
@@ -50,6 +57,7 @@ class ProcedureSettings:
             gyroscope_range=self.gyroscope_range if known else None,
             noise=noise,
             listener=listener,
+            planner=planner,
         )
 
     def to_json(self) -> dict[str, Any]:

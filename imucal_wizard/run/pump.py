@@ -133,6 +133,11 @@ class Pump:
             except LinkError as error:
                 self._put(b"", error)
                 return
+            except BaseException:
+                self._put(
+                    b"", LinkError("reading the port has a fault; quit, and resume the session")
+                )
+                raise
             if data:
                 self._put(data)
 

@@ -63,6 +63,7 @@ class Reader(Runner):
         source: the source, not yet open.
         engine: the engine that receives the bytes.
         prepare: run by the thread before the source is opened (a session is restored).
+        unopened: called at the end if the source could never be opened.
         clock: seconds that never go back.
 
     Attributes:
@@ -75,6 +76,7 @@ class Reader(Runner):
         engine: Engine,
         *,
         prepare: Prepare | None = None,
+        unopened: Callable[[], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(engine, clock=clock)
@@ -83,9 +85,15 @@ class Reader(Runner):
         self._source = source
         self._first: int | None = None
         self._prepare = prepare
+        self._unopened = unopened
         self._resumed = prepare is not None
         self._started = 0.0
         engine.link("opening the port …", busy=True)
+
+    def _live(self) -> None:
+        super()._live()
+        if self._first is None and self._unopened is not None:
+            self._unopened()
 
     def _work(self) -> None:
         try:
@@ -170,7 +178,7 @@ class Reader(Runner):
         self._engine.link(problem)
         self._engine.emit(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
         while not self._stopping.is_set():
-            self._engine.journal.idle()
+            self._engine.journal.check()
             self._publish()
             self._run_orders(REOPEN_RETRY_SECONDS)
             if self._source.reopen():

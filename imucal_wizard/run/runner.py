@@ -6,8 +6,10 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from concurrent.futures import Future
+from pathlib import Path
 
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.engine import Engine
@@ -20,8 +22,8 @@ JOIN_SECONDS = 0.1
 _ANSWER_SECONDS = 0.05
 """Seconds between two checks whether the thread still runs."""
 FAULT_TEXT = (
-    "reading has stopped because of a fault in this program; no measurement is lost: quit, and "
-    "resume the session"
+    "reading has stopped because of a fault in this program; what was confirmed is in the session: "
+    "quit, and resume it"
 )
 """Message if the thread ends unexpectedly."""
 
@@ -88,6 +90,10 @@ class Runner(ABC):
         """Read the stream with another setup."""
         self._orders.put(lambda: self._set_setup(setup))
 
+    def describe(self, description: Description) -> None:
+        """State device, place and operator."""
+        self._orders.put(lambda: self._engine.describe(description))
+
     def collected(self) -> Collected:
         """The measurements so far."""
         if not self._running:
@@ -100,6 +106,14 @@ class Runner(ABC):
             except TimeoutError:
                 if not self._running:
                     return self._engine.collected()
+
+    def rescue(self, path: Path) -> None:
+        """Write the whole session to another place, after its disk has failed.
+
+        Raises:
+            SessionError: the file exists already, or cannot be written.
+        """
+        self._engine.journal.rescue(path)
 
     @property
     def _running(self) -> bool:

@@ -2,25 +2,28 @@
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from imucal_wizard.acquire.files.session_file import DESCRIBE_COMMAND
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.dates import SECONDS_PER_YEAR
 from imucal_wizard.core.errors import SessionError, UsageError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.steps.recheck import Planner
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.journal import SETUP_COMMAND, Journal
 from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.sessions import Command, KeptSession, Session
+from imucal_wizard.sessions import Checkpoint, Command, KeptSession, Session
 
 RawPieces = tuple[tuple[bytes, float], ...]
 """Pieces of bytes with their arrival times, s."""
-REPLAY_PIECE_SECONDS = 0.25
+REPLAY_PIECE_SECONDS = 2.0
 """Seconds of arrivals that are fed to the engine at once, because each piece has a cost."""
 
 
@@ -50,6 +53,7 @@ class SessionReplay:
         self.session = session
         self._known = known
         self._share = 0.0
+        self._told = False
         self.about: dict[str, Any] = session.meta()
         try:
             self._setup = StreamSetup.from_json(self.about["asked"])
@@ -59,16 +63,24 @@ class SessionReplay:
                 f"{session.path} lacks its settings ({error}); begin a new session"
             ) from error
 
-    def engine(self) -> Engine:
-        """An engine in the state in which the session began."""
-        source = str(self.about.get("source", ""))
-        return Engine(self._known(self._setup), self.settings, source=source)
+    def engine(self, planner: Planner | None = None) -> Engine:
+        """An engine in the state in which the session began.
 
-    def steps(self) -> Iterator[RawPieces | Command]:
-        """The pieces of data, joined, and the commands between them."""
-        commands = deque(self.session.commands())
+        Args:
+            planner: chooses the poses of a recheck.
+        """
+        source = str(self.about.get("source", ""))
+        return Engine(self._known(self._setup), self.settings, source=source, planner=planner)
+
+    def steps(self, after: Checkpoint | None = None) -> Iterator[RawPieces | Command]:
+        """The pieces of data, joined, and the commands between them.
+
+        Args:
+            after: begin after this checkpoint.
+        """
+        commands = deque(self.session.commands()[0 if after is None else after.commands :])
         pieces: list[tuple[bytes, float]] = []
-        for number, arrival, data in self.session.raw():
+        for number, arrival, data in self.session.raw(0 if after is None else after.after_raw):
             due = bool(commands) and commands[0].after_raw < number
             if pieces and (due or arrival - pieces[0][1] > REPLAY_PIECE_SECONDS):
                 yield tuple(pieces)
@@ -81,8 +93,18 @@ class SessionReplay:
             yield tuple(pieces)
         yield from commands
 
+    def _read_as_it_was(self) -> bool:
+        """Whether the user states nothing that the session was not read with."""
+        setups = [
+            _setup_of(one.argument) for one in self.session.commands() if one.name == SETUP_COMMAND
+        ]
+        return all(self._known(one) == one for one in (self._setup, *setups))
+
     def replay_step(self, engine: Engine, step: RawPieces | Command) -> None:
         """Replay one piece of data or one command."""
+        if self.session.damage and not self._told:
+            self._told = True
+            engine.note(self.session.damage)
         if isinstance(step, tuple):
             engine.receive_all(step)
             return
@@ -91,19 +113,24 @@ class SessionReplay:
                 EventKind.WARNING,
                 "this version decodes the session differently: check the measurements",
             )
+        if step.name == DESCRIBE_COMMAND:
+            return
         if step.name == SETUP_COMMAND:
             engine.set_setup(self._known(_setup_of(step.argument)))
         else:
             engine.command(step.name, step.argument)
 
     def replay(self, engine: Engine, progress: Callable[[float], None] | None = None) -> None:
-        """Replay everything.
+        """Bring an engine to the end of the session, from the newest valid checkpoint if possible.
 
         Args:
             engine: an engine made by ``engine``.
             progress: called repeatedly with the share done.
         """
-        for step in self.steps():
+        checkpoint = self.session.checkpoint() if self._read_as_it_was() else None
+        if checkpoint is not None:
+            engine.restore(checkpoint.state)
+        for step in self.steps(checkpoint):
             self.replay_step(engine, step)
             if progress is not None:
                 progress(self._share)
@@ -125,6 +152,8 @@ def _setup_of(text: str) -> StreamSetup:
 
 MIN_RESUME_PAUSE_SECONDS = 1.0
 """Shortest time between two runs of one session, s."""
+MAX_RESUME_PAUSE_SECONDS = 10.0 * SECONDS_PER_YEAR
+"""Longest time between them, s; a longer one is a clock that was not set in one of them."""
 
 
 def begin_session(
@@ -134,6 +163,7 @@ def begin_session(
     *,
     source: str = "",
     about: dict[str, Any] | None = None,
+    planner: Planner | None = None,
 ) -> Engine:
     """An engine that writes a new session.
 
@@ -143,6 +173,7 @@ def begin_session(
         settings: settings of the procedure.
         source: description of the source.
         about: data that the caller needs to open the same source again (port, speed …).
+        planner: chooses the poses of a recheck.
 
     Raises:
         SessionError: the file cannot be written.
@@ -150,7 +181,7 @@ def begin_session(
     setup, settings = setup or StreamSetup(), settings or ProcedureSettings()
     known = {"asked": setup.to_json(), "setup": setup.to_json(), "settings": settings.to_json()}
     session = Session.create(path, {"source": source, "step": "source", **known, **(about or {})})
-    return Engine(setup, settings, source=source, journal=Journal(session))
+    return Engine(setup, settings, source=source, journal=Journal(session), planner=planner)
 
 
 @dataclass(frozen=True)
@@ -195,25 +226,34 @@ class ResumedSession:
             on_failure.callback(self.session.close)
             self.replay.replay(engine, progress)
             on_failure.pop_all()
-        engine.journal = Journal(self.session)
+        engine.continue_in(Journal(self.session))
         last = self.session.last_arrival
-        passed = now() - self.created
-        return passed if last is None else max(last + MIN_RESUME_PAUSE_SECONDS, passed)
+        passed, before = now() - self.created, 0.0 if last is None else last
+        if not 0.0 <= passed <= before + MAX_RESUME_PAUSE_SECONDS:
+            passed = 0.0  # the clock has jumped
+        return passed if last is None else max(before + MIN_RESUME_PAUSE_SECONDS, passed)
 
 
-def resume_session(path: Path) -> ResumedSession:
+def resume_session(
+    path: Path, planner_of: Callable[[Mapping[str, Any]], Planner | None] = lambda _about: None
+) -> ResumedSession:
     """Open a session to continue it.
+
+    Args:
+        path: the session.
+        planner_of: makes what chooses the poses of a recheck from the settings of the session.
 
     Raises:
         SessionError: it cannot be read, or its settings are those of another version.
     """
     session = Session.open(path)
-    try:
+    with ExitStack() as on_failure:
+        on_failure.callback(session.close)
         replay = SessionReplay(session)
-        return ResumedSession(replay.engine(), replay, session, _created(replay))
-    except SessionError:
-        session.close()
-        raise
+        engine = replay.engine(planner_of(replay.about))
+        resumed = ResumedSession(engine, replay, session, _created(replay))
+        on_failure.pop_all()
+    return resumed
 
 
 def _created(replay: SessionReplay) -> float:

@@ -25,7 +25,8 @@ class StreamStatus:
         problem: the problem and what to do, or "".
         busy: the problem ends by itself (a port is being opened, a session restored).
         stalled: the port is open, but no samples arrive.
-        unwritten: the reason why the data are not being saved, or "".
+        unwritten: why what was received is not on the disk yet, or ""; the disk has failed if the
+            source has finished.
         rate: samples per second, 0 while unknown.
         samples: number of samples decoded.
         lost: number of lost samples by the device's own counter or time.
@@ -76,6 +77,12 @@ class StreamStatus:
     def flow(self, *, ended: bool) -> Flow:
         """Whether samples arrive; ``ended``: the source has ended."""
         return Flow(self.connected, self.stalled, ended)
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of the readings of accelerometer and gyroscope; a sensor not there is left out."""
+        found = {"accelerometer": self.accelerometer_unit}
+        return found if self.gyroscope is None else {**found, "gyroscope": self.gyroscope_unit}
 
     @property
     def gravity_right(self) -> bool | None:

@@ -265,6 +265,10 @@ class SnapshotMaker:
         self._latest, self._dirty = Snapshot(self._latest.serial + 1, stream), True
         return self._latest
 
+    def count_from(self, serial: int) -> None:
+        """Give the next snapshot a number after ``serial``."""
+        self._latest, self._dirty = replace(self._latest, serial=serial), True
+
     @property
     def serial(self) -> int:
         """Number of the newest snapshot."""

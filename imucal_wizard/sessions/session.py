@@ -1,23 +1,29 @@
 """The file of a session: the received bytes, the commands, and the results.
 
 Bytes and commands are sufficient to restore the state; finished holds, rotations and events are
-stored as well. A crash loses at most the last half second.
+stored as well. What has been committed survives a crash of the program and a loss of power.
 """
 
 import json
+import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import AbstractContextManager, ExitStack, suppress
 from pathlib import Path
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import Command, explain_errors
 from imucal_wizard.core import VERSION
-from imucal_wizard.core.errors import SessionError, SessionTakenError
+from imucal_wizard.core.errors import DamagedSessionError, SessionError, SessionTakenError
+from imucal_wizard.core.output import cause_of
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
+from imucal_wizard.sessions.checkpoint import Checkpoint
+from imucal_wizard.sessions.session_list import remove_session
+
+_T = TypeVar("_T")
 
 
 class KeptSession:
@@ -29,50 +35,112 @@ class KeptSession:
         path: the file.
         last_raw: number of the newest piece of bytes; 0 before the first.
         last_arrival: arrival of the newest piece, s; None before the first one.
+        damage: what was read and what is lost of a damaged file; "" of any other.
     """
 
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self.last_raw = 0
         self.last_arrival: float | None = None
+        self.damage = ""
         self._connection = connection
 
     @classmethod
     def look(cls, path: Path) -> "KeptSession":
-        """Open an existing file, also one that is being written.
+        """Open an existing file, also one that is being written; of a damaged one, what is left.
 
         Raises:
             SessionError: it cannot be read.
         """
-        session = KeptSession(path, session_file.connect(path))
-        with session._explaining(), ExitStack() as on_failure:
-            on_failure.callback(session._connection.close)
-            session._connection.execute("PRAGMA query_only = 1")
-            session._seek()
+        try:
+            session = KeptSession(path, session_file.connect(path))
+        except DamagedSessionError:
+            session = KeptSession(path, sqlite3.connect(":memory:"))
+            session._salvage()
+            return session
+        with ExitStack() as on_failure:
+            on_failure.callback(session.close)
+            session._reading(_read_only)
+            session._reading(lambda _: session._seek())
             on_failure.pop_all()
         return session
 
     def _seek(self) -> None:
-        last = self._connection.execute("SELECT max(id), max(arrival) FROM raw").fetchone()
-        self.last_raw, self.last_arrival = last[0] or 0, last[1]
+        newest = "SELECT id, arrival FROM raw ORDER BY id DESC LIMIT 1"
+        last = self._connection.execute(newest).fetchone()
+        self.last_raw, self.last_arrival = (0, None) if last is None else last
 
     def _explaining(self) -> AbstractContextManager[None]:
         return explain_errors(self.path)
 
+    def _salvage(self) -> None:
+        """Continue with what can be read of a damaged file.
+
+        Raises:
+            SessionError: nothing can, or the file is being continued.
+        """
+        from imucal_wizard.acquire.files.session_salvage import salvage
+
+        found = salvage(self.path)
+        self._connection.close()
+        self._connection, self.damage = found.connection, found.says
+        self._seek()
+
+    def _reading(self, read: Callable[[sqlite3.Connection], _T]) -> _T:
+        """What is read of the file, or of what can be salvaged of it."""
+        try:
+            with self._explaining():
+                return read(self._connection)
+        except DamagedSessionError:
+            if self.damage:
+                raise
+        self._salvage()
+        with self._explaining():
+            return read(self._connection)
+
     def meta(self) -> dict[str, Any]:
         """All settings."""
-        with self._explaining():
-            return session_file.read_meta(self._connection)
+        return self._reading(session_file.read_meta)
 
-    def raw(self) -> Iterator[tuple[int, float, bytes]]:
-        """Number, arrival and bytes of each piece, in order."""
+    def raw(self, after: int = 0) -> Iterator[tuple[int, float, bytes]]:
+        """Number, arrival and bytes of each piece, in order, from the one after ``after``."""
+        last = after
+        try:
+            with self._explaining():
+                for piece in session_file.read_pieces(self._connection, after):
+                    last = piece[0]
+                    yield piece
+                return
+        except DamagedSessionError:
+            if self.damage:
+                raise
+        self._salvage()
         with self._explaining():
-            yield from session_file.read_pieces(self._connection)
+            for piece in session_file.read_pieces(self._connection):
+                if piece[0] > last:
+                    yield piece
 
     def commands(self) -> list[Command]:
         """All commands, in order."""
-        with self._explaining():
-            return list(session_file.read_commands(self._connection))
+        return self._reading(lambda connection: list(session_file.read_commands(connection)))
+
+    def checkpoint(self) -> Checkpoint | None:
+        """The newest state that may be loaded in place of a replay; None if there is none."""
+        row = "SELECT after_raw, commands, state, seal FROM checkpoint"
+        try:
+            *found, seal = self._connection.execute(row).fetchone() or (0, 0, b"", b"")
+            kept = Checkpoint(*found)
+            valid = kept.fits(seal, self._created()) and kept.after_raw <= self.last_raw
+        except (sqlite3.Error, TypeError):  # no such table, or damage: the replay reports it
+            return None
+        if not valid:
+            return None
+        # the replay does not read what is before it: damage of the pages there must show now
+        self._reading(lambda connection: connection.execute("SELECT count(*) FROM raw").fetchone())
+        return kept
+
+    def _created(self) -> float:
+        return float(self.meta().get("created", 0.0))
 
     def close(self) -> None:
         """Close the file."""
@@ -83,6 +151,10 @@ class KeptSession:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+
+def _read_only(connection: sqlite3.Connection) -> None:
+    connection.execute("PRAGMA query_only = 1")
 
 
 _Row = tuple[Any, ...]
@@ -136,98 +208,95 @@ def _rotation_row(rotation: Rotation) -> _Row:
     return start, end, rotation.axis, rotation.problem, value
 
 
-COMMIT_SECONDS = 0.5
-"""Seconds by which the file on disk may lag behind the received data."""
-
-
 class Session(KeptSession):
     """A session file being written. Used by one thread at a time.
 
     Every method raises ``SessionError`` when the file can no longer be read or written.
-
-    Attributes:
-        commits: number of commits.
     """
 
-    def __init__(
-        self, path: Path, connection: sqlite3.Connection, clock: Callable[[], float]
-    ) -> None:
+    def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         super().__init__(path, connection)
-        self._clock = clock
-        self._committed = clock()
         self._findings = FindingTables()
-        self.commits = 0
+        self._files: list[tuple[int, int] | None] = []
 
     @classmethod
-    def create(
-        cls, path: Path, about: dict[str, Any], *, clock: Callable[[], float] = time.monotonic
-    ) -> "Session":
+    def create(cls, path: Path, about: dict[str, Any]) -> "Session":
         """A new file.
 
         Args:
             path: path of the file; its folder is created if it is missing.
             about: initial settings, values that JSON can hold.
-            clock: clock for the interval between commits, s.
 
         Raises:
             SessionTakenError: it exists already.
             SessionError: it cannot be written.
         """
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            try:
-                path.open("xb").close()  # of two programs that create it at once, one succeeds
-            except FileExistsError as error:
-                raise SessionTakenError(
-                    f"{path} exists already; resume it, or give another name"
-                ) from error
-            connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
-        except (OSError, sqlite3.Error) as error:
-            raise SessionError(
-                f"{path} cannot be written ({getattr(error, 'strerror', None) or error}); give"
-                " another folder for sessions",
-                settings=("sessions",),
-            ) from error
-        session = cls(path, connection, clock)
-        with session._explaining(), ExitStack() as on_failure:
-            on_failure.callback(connection.close)
+        session = cls(path, _empty(path))
+        with ExitStack() as on_failure, session._explaining():
+            on_failure.callback(session._discard)  # once the error is explained
             session._set_up()
+            for key, value in {"program": VERSION, "created": time.time(), **about}.items():
+                session.set_meta(key, value)
+            session.commit()
             on_failure.pop_all()
-        for key, value in {"program": VERSION, "created": time.time(), **about}.items():
-            session.set_meta(key, value)
-        session.commit()
         return session
 
+    def _discard(self) -> None:
+        """Close a new file that could not be filled, and remove it: nothing can be resumed."""
+        self._connection.close()
+        remove_session(self.path)
+
     @classmethod
-    def open(cls, path: Path, *, clock: Callable[[], float] = time.monotonic) -> "Session":
+    def open(cls, path: Path) -> "Session":
         """Open an existing file to continue it.
 
         Raises:
             SessionError: it cannot be read, or another program is writing it.
         """
-        session = cls(path, session_file.connect(path), clock)
-        with session._explaining(), ExitStack() as on_failure:
-            on_failure.callback(session._connection.close)
-            session._write_ahead()
-            session._begin()
+        return cls(path, session_file.connect(path, writes=True))._continued()
+
+    def copied(self, path: Path) -> "Session":
+        """A copy of everything that is committed, open for writing.
+
+        Args:
+            path: a new file.
+
+        Raises:
+            SessionTakenError: it exists already.
+            SessionError: it cannot be written.
+        """
+        copy = Session(path, _empty(path))
+        with ExitStack() as on_failure, copy._explaining():
+            on_failure.callback(copy._discard)  # once the error is explained
+            self._connection.backup(copy._connection)
             on_failure.pop_all()
-        return session
+        return copy._continued()
+
+    def _continued(self) -> "Session":
+        """The same session, ready to continue after its last committed row."""
+        with self._explaining(), ExitStack() as on_failure:
+            on_failure.callback(self._connection.close)
+            self._write_ahead()
+            self._connection.execute("BEGIN IMMEDIATE")
+            self._seek()
+            on_failure.pop_all()
+        return self
+
+    def _salvage(self) -> None:
+        with self._explaining():
+            raise sqlite3.DatabaseError("a part of it cannot be read")
 
     def _set_up(self) -> None:
         self._connection.execute(f"PRAGMA application_id = {session_file.APPLICATION_ID}")
         self._connection.execute(f"PRAGMA user_version = {session_file.SESSION_VERSION}")
         self._write_ahead()
-        self._connection.executescript(session_file.SESSION_TABLES)
-        self._connection.execute("BEGIN IMMEDIATE")
-
-    def _begin(self) -> None:
-        """Continue after the last committed row."""
-        self._connection.execute("BEGIN IMMEDIATE")
-        self._seek()
+        self._connection.executescript(f"BEGIN IMMEDIATE; {session_file.SESSION_TABLES}")
 
     def _write_ahead(self) -> None:
+        """Write so that a commit ends when its data are on the disk, whatever happens to it."""
         self._connection.execute("PRAGMA journal_mode = WAL")
-        self._connection.execute("PRAGMA synchronous = NORMAL")
+        self._connection.execute("PRAGMA synchronous = FULL")
+        self._connection.execute("PRAGMA fullfsync = ON")  # macOS: the disk's own buffer as well
 
     def write_raw(self, arrival: float, data: bytes) -> None:
         """Write bytes before they are decoded.
@@ -236,13 +305,14 @@ class Session(KeptSession):
             arrival: arrival on the session's own monotonic clock, s.
             data: the bytes.
         """
+        self.write_pieces([(arrival, data)])
+
+    def write_pieces(self, pieces: Sequence[tuple[float, bytes]]) -> None:
+        """Write several pieces of bytes, each with its arrival, s."""
+        rows = [(self.last_raw + n, *piece) for n, piece in enumerate(pieces, start=1)]
         with self._explaining():
-            self.last_raw += 1
-            self._connection.execute(
-                "INSERT INTO raw VALUES (?, ?, ?)", (self.last_raw, arrival, data)
-            )
-        self.last_arrival = arrival
-        self.commit_when_due()
+            self._connection.executemany("INSERT INTO raw VALUES (?, ?, ?)", rows)
+        self.last_raw, self.last_arrival, _ = rows[-1]
 
     def write_command(self, sample_index: int, name: str, argument: str = "") -> None:
         """Write a command before it is carried out."""
@@ -251,7 +321,6 @@ class Session(KeptSession):
                 "INSERT INTO command VALUES (NULL, ?, ?, ?, ?)",
                 (self.last_raw, sample_index, name, argument),
             )
-        self.commit()
 
     def write_findings(self, collected: Collected) -> None:
         """Write the finished holds and rotations; delete those that were withdrawn."""
@@ -271,27 +340,45 @@ class Session(KeptSession):
                 "INSERT OR REPLACE INTO meta VALUES (?, ?)", (key, json.dumps(value))
             )
 
-    def commit_when_due(self) -> None:
-        """Commit if half a second has passed since the last commit."""
-        if self._clock() - self._committed >= COMMIT_SECONDS:
-            self.commit()
+    def write_checkpoint(self, state: bytes) -> None:
+        """Keep the state after everything written so far, in place of an earlier one."""
+        with self._explaining():
+            (commands,) = self._connection.execute("SELECT count(*) FROM command").fetchone()
+            kept = Checkpoint(self.last_raw, commands, state)
+            seal = kept.seal(self._created())
+            if seal is None:
+                return
+            self._connection.execute(
+                "CREATE TABLE IF NOT EXISTS checkpoint (id INTEGER PRIMARY KEY, after_raw INTEGER,"
+                " commands INTEGER, state BLOB, seal BLOB)"
+            )
+            self._connection.execute(
+                "INSERT OR REPLACE INTO checkpoint VALUES (1, ?, ?, ?, ?)",
+                (kept.after_raw, commands, state, seal),
+            )
 
     def commit(self) -> None:
-        """Commit to the disk."""
+        """Commit to the disk.
+
+        Raises:
+            SessionError: the file is no longer there; what is written would be lost at the end.
+        """
         with self._explaining():
-            if self._connection.in_transaction:
-                self._connection.execute("COMMIT")
-                self.commits += 1
+            self._connection.execute("COMMIT")
             self._connection.execute("BEGIN IMMEDIATE")
-        self._committed = self._clock()
+        there = [_identity(self.path.with_name(f"{self.path.name}{end}")) for end in ("", "-wal")]
+        self._files = self._files or there
+        if there != self._files:
+            raise SessionError(
+                f"{self.path} was removed or replaced by another program while it was written",
+                settings=("sessions",),
+            )
 
     def roll_back(self) -> None:
-        """Drop uncommitted rows after a failure, so that they can be written again."""
-        with self._explaining():
+        """Drop uncommitted rows after a failure; the file can only be read and copied then."""
+        with suppress(sqlite3.Error):
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
-            self._begin()
-        self._findings = FindingTables()
 
     def close(self) -> None:
         """Commit and close the file."""
@@ -301,3 +388,49 @@ class Session(KeptSession):
                     self._connection.execute("COMMIT")
         finally:
             self._connection.close()
+
+
+def _identity(path: Path) -> tuple[int, int] | None:
+    """What tells a file from another of the same name; None where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
+def _empty(path: Path) -> sqlite3.Connection:
+    """A new, empty database.
+
+    Raises:
+        SessionTakenError: the file exists already.
+        SessionError: it cannot be written.
+    """
+    try:
+        _make_folder(path.parent)
+        try:
+            path.open("xb").close()  # of two programs that create it at once, one succeeds
+        except FileExistsError as error:
+            raise SessionTakenError(
+                f"{path} exists already; resume it, or give another name"
+            ) from error
+        return sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+    except (OSError, sqlite3.Error) as error:
+        raise SessionError(
+            f"{path} cannot be written: {cause_of(error) if isinstance(error, OSError) else error};"
+            " give another folder for sessions",
+            settings=("sessions",),
+        ) from error
+
+
+def _make_folder(folder: Path) -> None:
+    """Make a folder that a loss of power does not take away; SQLite syncs only its last level."""
+    missing = [one for one in (folder, *folder.parents) if not one.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for one in missing:
+        with suppress(OSError):  # not every system opens a folder
+            place = os.open(one.parent, os.O_RDONLY)
+            try:
+                os.fsync(place)
+            finally:
+                os.close(place)

@@ -1,14 +1,18 @@
-"""The list of sessions, each with the step that it has reached."""
+"""What a session file says in a list: device, date, and the step that it has reached."""
 
+import dataclasses
 import datetime as dt
 import os
 import sqlite3
-from contextlib import closing
+from collections.abc import Mapping
+from contextlib import closing, suppress
 from pathlib import Path
 
-from imucal_wizard.acquire.files import session_file
-from imucal_wizard.acquire.files.session_file import SUFFIX, explain_damage
+from imucal_wizard.acquire.files import SUFFIX, session_file
+from imucal_wizard.acquire.files.session_file import explain_damage
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import SessionError
+from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.records import dataclass
 
 
@@ -24,6 +28,11 @@ class SessionInfo:
         seconds: duration of the recording, s.
         holds: number of holds.
         problem: the reason why it cannot be resumed, or "".
+        busy: another program writes it, which is the reason.
+        description: device, place and operator, as far as known.
+        grades: of each sensor of its newest calibration, by sensor; ``saved`` where a sensor was
+            saved without a verdict; empty where nothing was saved.
+        recheck: verdict of the recheck that it is, as far as it was kept; or "".
     """
 
     path: Path
@@ -33,11 +42,15 @@ class SessionInfo:
     seconds: float = 0.0
     holds: int = 0
     problem: str = ""
+    busy: bool = False
+    description: Description = Description()
+    grades: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    recheck: str = ""
 
     @property
     def finished(self) -> bool:
         """Whether its result was reached or saved, so that no measurement is left."""
-        return self.step in ("result", "validate", "save")
+        return self.step in ("result", "validate", "save", "verdict")
 
 
 def default_directory() -> Path:
@@ -64,22 +77,22 @@ def _taken(path: Path) -> bool:
         return False
 
 
-def list_sessions(directory: Path) -> list[SessionInfo]:
-    """The sessions in a folder, newest first; those that cannot be resumed have the reason."""
-    try:
-        paths = sorted(directory.glob(f"*{SUFFIX}"), reverse=True)
-    except OSError:  # an unreadable folder; writing a session there reports the cause
-        return []
-    found = [_info(path) for path in paths]
-    return sorted(found, key=lambda info: info.created, reverse=True)
+def remove_session(path: Path) -> None:
+    """Remove a session into which nothing was measured."""
+    for end in ("", "-wal", "-shm"):
+        with suppress(OSError):  # an empty file that stays is listed without holds
+            path.with_name(path.name + end).unlink(missing_ok=True)
 
 
-def _info(path: Path) -> SessionInfo:
+def session_info(path: Path) -> SessionInfo:
+    """What one session file says; if it cannot be read, the reason."""
     try:
         with explain_damage(path), closing(session_file.connect(path)) as connection:
             return _read(path, connection)
     except SessionError as error:
-        return SessionInfo(path, created=_changed(path), problem=str(error))
+        return SessionInfo(
+            path, created=_changed(path), problem=without_control_characters(str(error))
+        )
 
 
 def _changed(path: Path) -> float:
@@ -90,19 +103,32 @@ def _changed(path: Path) -> float:
 
 
 def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
+    problem = ""
     connection.execute("PRAGMA busy_timeout = 0")
-    connection.execute("BEGIN IMMEDIATE")  # refused while it is being written, here or elsewhere
-    connection.execute("ROLLBACK")
+    try:
+        connection.execute("BEGIN IMMEDIATE")  # refused while it is being written
+        connection.execute("ROLLBACK")
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:
+            raise
+        problem = without_control_characters(str(session_file.session_error(path, error)))
     about = session_file.read_meta(connection)
-    first, last = connection.execute("SELECT min(arrival), max(arrival) FROM raw").fetchone()
+    ends = [
+        connection.execute(f"SELECT arrival FROM raw ORDER BY id {way} LIMIT 1").fetchone()  # noqa: S608 - own words
+        for way in ("ASC", "DESC")
+    ]
+    first, last = (None if one is None else float(one[0]) for one in ends)
     holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
     created = float(about.get("created", 0.0))
     dt.datetime.fromtimestamp(created, dt.UTC)  # an impossible time is damage
     return SessionInfo(
         path,
         created,
-        str(about.get("source", "")),
-        str(about.get("step", "")),
-        0.0 if first is None else last - first,
+        sanitise(str(about.get("source", ""))),
+        sanitise(str(about.get("step", ""))),
+        0.0 if first is None or last is None else max(0.0, last - first),
         holds,
+        problem,
+        bool(problem),
+        session_file.read_description(connection),
     )

@@ -1,8 +1,8 @@
 """The readings of a fit, read from the session file.
 
-Without the readings, the bench knows neither vibration nor resolution and cannot show the samples
-of a hold. Hours of a stream are not kept in memory, so a thread reads them from the session file
-when the bench is opened.
+The readings show slow noise in a long rest, what the sensor's filter passes, vibration, resolution
+and the samples of a hold. Hours of a stream are not kept in memory, so a thread reads them from the
+session file before the fit.
 """
 
 import time
@@ -38,7 +38,7 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
     while True:
         try:
             readings = read_files([path])
-        except ImucalError:  # the bench works without them, with less information
+        except ImucalError:  # the fit works without them, with less information
             return None
         if made_of(readings, holds):
             return readings

@@ -61,7 +61,7 @@ class Follower:
         if pose is None:
             return ()
         # a pose may be requested twice: the second request begins with the hold of the first one
-        request = (asked.step, pose, asked.holds if asked.step == "more" else 0)
+        request = (asked.step, pose, asked.holds if asked.step in ("more", "recheck") else 0)
         if request == self._request and rested < asked.needed + MAX_HOLD_WAIT_SECONDS:
             return ()
         self._placed += request != self._request

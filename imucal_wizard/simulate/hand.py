@@ -34,7 +34,7 @@ PREVIEW_SECONDS = 2.0
 """Time of samples made before the first instruction if the hand follows, s."""
 MAX_RATE = 100_000.0
 """Largest number of samples per second: no IMU is faster, and more would fill the memory."""
-UNATTENDED_STEPS = ("source", "result", "save")
+UNATTENDED_STEPS = ("source", "result", "save", "verdict")
 """Steps in which nobody moves the device."""
 
 

@@ -2,20 +2,33 @@
 
 import json
 import secrets
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.output import write_atomically
+from imucal_wizard.core.input import read_document
+from imucal_wizard.core.output import sanitise, write_atomically
 from imucal_wizard.core.quantities import with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
-from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
+from imucal_wizard.teach.seal import (
+    Locked,
+    Sealed,
+    lock_text,
+    seal_text,
+    unlock_text,
+    unseal_text,
+)
 
-MYSTERY_SCHEMA = "imucal-wizard/mystery/1"
-NOTE = "sealed against a glance, not against an attacker; imucal-wizard simulate opens it"
+LOCKED_SCHEMA = "imucal-wizard/mystery/2"
+LOCKED_NOTE = "encrypted with the class's key; imucal-wizard simulate opens it"
+COVERED_SCHEMA = "imucal-wizard/mystery/1"
+COVERED_NOTE = (
+    "not secret: the computer of a live exercise knows its answer; imucal-wizard simulate opens it"
+)
 
 
 @dataclass(frozen=True)
@@ -56,9 +69,8 @@ def make_exercise(
             in the magnetometer.
 
     Raises:
-        UsageError: an unknown grade or set of poses, an empty key, or a recording named
-            ``.mystery``.
-        RecordingError: a file cannot be written.
+        UsageError: an unknown grade or set of poses, an empty key, a recording named ``.mystery``,
+            or a file that cannot be written.
     """
     answer = recording.with_suffix(".mystery")
     if answer == recording:
@@ -68,6 +80,7 @@ def make_exercise(
     word = random_key() if key is None else key
     rng = random_generator(seed)
     truth = draw_effect(rng, grade, exercise_sensors(magnetometer=magnetometer))
+    sealed = _locked(recording.name, grade, truth, word)
     hand = int(rng.integers(2**62))
     simulate_recording(
         recording,
@@ -79,7 +92,7 @@ def make_exercise(
         magnetometer=magnetometer,
         ammeter=magnetometer,
     )
-    write_answer(answer, recording.name, grade, truth, word)
+    write_atomically(answer, sealed)
     return Exercise(recording, answer, word)
 
 
@@ -88,14 +101,33 @@ def random_key() -> str:
     return f"{secrets.token_hex(2)}-{secrets.token_hex(2)}"
 
 
-def write_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str) -> None:
-    """Seal an answer.
+def _locked(recording: str, grade: str, truth: Hidden, key: str) -> bytes:
+    """The file of an encrypted answer."""
+    about = {"schema": LOCKED_SCHEMA, "note": LOCKED_NOTE, "recording": recording, "grade": grade}
+    locked = lock_text(_canonical(truth), key, _bound(about))
+    return _file(about, {"salt": locked.salt, "nonce": locked.nonce, "sealed": locked.text})
+
+
+def cover_answer(path: Path, recording: str, grade: str, truth: Hidden, key: str) -> None:
+    """Cover the answer to a live exercise, which is not secret.
 
     Raises:
-        RecordingError: the file cannot be written.
+        UsageError: the file cannot be written.
     """
-    document = _document(recording, grade, seal_text(_canonical(truth), key, _salt()))
-    write_atomically(path, json.dumps(document, indent=1).encode() + b"\n")
+    about = {"schema": COVERED_SCHEMA, "note": COVERED_NOTE, "recording": recording, "grade": grade}
+    covered = seal_text(_canonical(truth), key, secrets.token_bytes(16))
+    parts = {"salt": covered.salt, "digest": covered.digest, "sealed": covered.text}
+    write_atomically(path, _file(about, parts))
+
+
+def _file(about: dict[str, str], parts: dict[str, bytes]) -> bytes:
+    document = {**about, **{name: part.hex() for name, part in parts.items()}}
+    return json.dumps(document, indent=1).encode() + b"\n"
+
+
+def _bound(about: Mapping[str, object]) -> str:
+    """What stands in clear in an answer and cannot be changed."""
+    return json.dumps([about[name] for name in ("schema", "recording", "grade")])
 
 
 def reveal(answer: Path, key: str) -> Hidden:
@@ -105,17 +137,24 @@ def reveal(answer: Path, key: str) -> Hidden:
         RecordingError: the file is missing or is not a sealed answer.
         DataError: the key does not open it.
     """
+    unreadable = RecordingError(f"{answer} is not a sealed answer of an exercise")
     try:
-        found = json.loads(answer.read_bytes())
-        sealed = Sealed(*(bytes.fromhex(found[name]) for name in ("salt", "digest", "sealed")))
-        known = found["schema"] == MYSTERY_SCHEMA
-    except OSError as error:
-        raise RecordingError(f"{answer} cannot be read: {error.strerror or error}") from error
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RecordingError(f"{answer} is not a sealed answer of an exercise") from error
+        found = json.loads(read_document(answer))
+        known = found["schema"] in (LOCKED_SCHEMA, COVERED_SCHEMA)
+        second = "nonce" if found["schema"] == LOCKED_SCHEMA else "digest"
+        parts = [bytes.fromhex(found[name]) for name in ("salt", second, "sealed")] if known else []
+        bound = _bound(found) if second == "nonce" else ""
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise unreadable from error
+    if not str(found["schema"]).startswith("imucal-wizard/mystery/"):
+        raise unreadable
     if not known:
-        raise RecordingError(f"{answer} is of another version: {found['schema']!r}")
-    return _hidden(json.loads(unseal_text(sealed, key)))
+        raise RecordingError(f"{answer} is of another version: {sanitise(str(found['schema']))}")
+    text = unlock_text(Locked(*parts), key, bound) if bound else unseal_text(Sealed(*parts), key)
+    try:
+        return _hidden(json.loads(text))
+    except (ValueError, KeyError, TypeError) as error:
+        raise unreadable from error
 
 
 def truth_in_words(truth: Hidden) -> str:
@@ -123,10 +162,6 @@ def truth_in_words(truth: Hidden) -> str:
     prefix = "" if truth.sensor == "accelerometer" else f"{truth.sensor}/"
     unit = HIDDEN_TERMS[truth.sensor][truth.term].unit
     return f"{prefix}{truth.term} on {truth.letters}, {with_unit(f'{truth.size:g}', unit)}"
-
-
-def _salt() -> bytes:
-    return secrets.token_bytes(16)
 
 
 def _canonical(truth: Hidden) -> str:
@@ -143,15 +178,3 @@ def _canonical(truth: Hidden) -> str:
 
 def _hidden(found: dict[str, Any]) -> Hidden:
     return Hidden(found["sensor"], found["term"], float(found["size"]), tuple(found["axes"]))
-
-
-def _document(recording: str, grade: str, sealed: Sealed) -> dict[str, str]:
-    return {
-        "schema": MYSTERY_SCHEMA,
-        "note": NOTE,
-        "recording": recording,
-        "grade": grade,
-        "salt": sealed.salt.hex(),
-        "digest": sealed.digest.hex(),
-        "sealed": sealed.text.hex(),
-    }

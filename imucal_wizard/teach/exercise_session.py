@@ -3,11 +3,15 @@
 import secrets
 from pathlib import Path
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
-from imucal_wizard.teach.exercise import write_answer
+from imucal_wizard.teach.exercise import cover_answer
+from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
+
+_COVER, _PARTS = "imucal-wizard", ("salt", "digest", "text")
 
 
 @dataclass(frozen=True)
@@ -56,12 +60,33 @@ def draw_exercise_session(
     return ExerciseSession(number, grade, truth, hand, virtual_sensor(hand, grade), magnetometer)
 
 
-def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
-    """Write the sealed answer beside a session file; the command ``simulate`` reveals it.
+def covered_number(number: int) -> dict[str, str]:
+    """The number of an exercise as a session stores it: covered against a glance, not secret."""
+    sealed = seal_text(str(number), _COVER, secrets.token_bytes(16))
+    return {name: getattr(sealed, name).hex() for name in _PARTS}
+
+
+def uncovered_number(stored: object) -> int:
+    """The number that a session stores; sessions of earlier versions store it in clear.
 
     Raises:
-        RecordingError: it cannot be written.
+        ValueError: it is none.
+    """
+    if not isinstance(stored, dict):
+        return int(str(stored))
+    try:
+        sealed = Sealed(*(bytes.fromhex(stored[name]) for name in _PARTS))
+        return int(unseal_text(sealed, _COVER))
+    except (KeyError, TypeError, DataError) as error:
+        raise ValueError("the number of the exercise is damaged") from error
+
+
+def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
+    """Write the answer beside a session file; the command ``simulate`` reveals it.
+
+    Raises:
+        UsageError: it cannot be written.
     """
     answer = session.with_suffix(".mystery")
-    write_answer(answer, session.name, made.grade, made.truth, key)
+    cover_answer(answer, session.name, made.grade, made.truth, key)
     return answer

@@ -1,21 +1,29 @@
 """Starts the app with the options of a command, and reports its outcome."""
 
+import os
 import shlex
+import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
-from imucal_wizard.core.output import say
-from imucal_wizard.tui.app import BaseApp, WizardApp
+from imucal_wizard.core.errors import PlaceError, RecordingError, SessionError, UsageError
+from imucal_wizard.core.output import note, say
+from imucal_wizard.tui.app import SIGNALLED, BaseApp, WizardApp
 from imucal_wizard.tui.options import AppSettings, WizardOptions
-from imucal_wizard.tui.services import WizardServices
+from imucal_wizard.tui.services import Saved, WizardServices
 from imucal_wizard.tui.sources import SourceChoice, SourceKind, stream_setup
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.estimate.result import FitReport
+    from imucal_wizard.sessions.bench_draft import BenchDraft
 
+_ENDING = ("SIGINT", "SIGTERM", "SIGQUIT", "SIGHUP")
+"""Signals that end the app; not every system has all of them."""
 AUTO_COUNTDOWN = 2.0
 """Time for which an unattended run shows its result, s."""
 
@@ -40,23 +48,85 @@ def run_wizard(options: WizardOptions) -> int:
     app = WizardApp(services, settings, first_choice(options))
     state, sources = app.state, services.sources
     try:
-        saved = app.run()
+        saved = _run(app)
     finally:
         state.drop()
     if state.unwritten:
         say(f"▲ the end of the session is {state.unwritten}")
-    if state.failure is not None:
+    if state.failure is not None and app.unkept is None:
+        if sources.session is not None and sources.session.exists():
+            _tell_session(sources.session, None)
         raise state.failure
     if saved is not None:
         say("\n".join(saved.says))
-    elif sources.session is not None and sources.session.exists():
-        say(f"kept: {sources.session}")
-        say(f"continue with: imucal-wizard --resume {shlex.quote(str(sources.session))}")
+        if saved.status and not app.ended_by:
+            return saved.status
+    else:
+        if app.unkept is not None and state.result is not None:
+            _print_calibration(state.result, state.diagnoses)
+        if sources.session is not None and sources.session.exists():
+            _tell_session(sources.session, app.unkept if state.result is not None else None)
     if sources.sealed is not None:
-        say(f"sealed answer: {sources.sealed}")
+        say(f"answer (not secret: this computer knows it): {sources.sealed}")
         reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
         word = shlex.quote(options.key) if options.key_made else "WORD"
         say(f"open it with: {reveal} --key {word} --guess TERM:AXIS")
+    if app.unkept is not None:
+        raise app.unkept
+    return _status(app)
+
+
+def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
+    """Print a calibration that could not be written to a file."""
+    from imucal_wizard.report.calibration_record import from_report
+    from imucal_wizard.report.text import correction_text, summary
+
+    say(f"{summary(report, diagnoses)}\n\n{correction_text(from_report(report, '', ''))}\n")
+    say("▲ no file has this calibration")
+
+
+def _tell_session(session: Path, unkept: PlaceError | None) -> None:
+    """Tell where the session is, and what to type next.
+
+    Args:
+        session: its file.
+        unkept: why its calibration could not be written, or None.
+    """
+    place = shlex.quote(str(session))
+    say(f"kept: {session}")
+    if unkept is not None:
+        other = (unkept.other or Path("FOLDER") / "FILE").with_suffix(".json")
+        say(
+            f"save the calibration with: imucal-wizard fit {place} --save {shlex.quote(str(other))}"
+        )
+    say(f"continue with: imucal-wizard --resume {place}")
+
+
+def _run(app: BaseApp) -> Saved | None:
+    """Run an app until it is left or a signal ends it; the session is closed in either case."""
+    handlers = {
+        number: signal.signal(number, lambda got, _frame: app.end(got))
+        for number in (getattr(signal, name, 0) for name in _ENDING)
+        if number
+    }
+    try:
+        return app.run()
+    finally:
+        if not app.ended_by:
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
+        elif not sys.__stdout__ or not sys.__stdout__.isatty():
+            sys.stdout = sys.stderr = open(os.devnull, "w")  # noqa: PTH123, SIM115 - to the end
+
+
+def _status(app: BaseApp) -> int:
+    """The exit status of an app, which tells a signal that ended it."""
+    if app.ended_by:
+        model = app.unsaved_model()  # nobody could be asked
+        kept = "; the bench of the same data has it again" if model else ""
+        lost = f"; no file has this model: {model}{kept}" if model else ""
+        note(f"imucal-wizard: ended by {signal.Signals(app.ended_by).name}{lost}")
+        return SIGNALLED + app.ended_by
     return app.return_code or 0
 
 
@@ -88,11 +158,6 @@ def _check(options: WizardOptions) -> None:
     if not 0 < options.baud <= 20_000_000:
         raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
     _check_stream(options)
-    if options.effects:
-        from imucal_wizard.model.catalogue import load_effect
-
-        for path in options.effects:
-            load_effect(path)
     if options.hidden:
         from imucal_wizard.simulate.hidden import parse_hidden
 
@@ -114,35 +179,121 @@ def _check_stream(options: WizardOptions) -> None:
         decoder_for(setup.format, setup.columns)
 
 
-class BenchApp(BaseApp[None]):
+class BenchApp(BaseApp):
     """The bench alone, on a recording.
 
     Args:
         make: makes the benches; called in a thread.
+        save: writes the calibration with their models to this file, or without one to the usual
+            file; called in a thread.
+        recorded: the recording.
+        wanted: a file is wanted even if no model is changed.
     """
 
     TITLE = "imucal-wizard bench"
 
-    def __init__(self, make: "Callable[[], Benches]") -> None:
+    def __init__(
+        self,
+        make: "Callable[[], Benches]",
+        save: Callable[[Path | None], Saved],
+        recorded: Sequence[Path] = (),
+        *,
+        wanted: bool = False,
+    ) -> None:
         super().__init__()
         self._make = make
+        self._save = save
+        self._wanted = wanted
+        self._benches: Benches | None = None
+        self._saved: Saved | None = None
+        self._written: dict[str, tuple[str, ...]] = {}
+        self._recorded = recorded
+        self._draft: BenchDraft | None = None
+        self._restored = ""
 
     def on_mount(self) -> None:
         """Open it."""
         from imucal_wizard.tui.screens.bench import BenchScreen
 
-        self.push_screen(BenchScreen(self._make), lambda _none: self.exit())
+        self.push_screen(BenchScreen(self._made, alone=True))
+
+    def _made(self) -> "Benches":
+        """The benches; models that are there from the beginning can be had again."""
+        from imucal_wizard.sessions.bench_draft import BenchDraft
+
+        benches = self._make()
+        self._written = benches.models
+        self._draft = BenchDraft(self._recorded)
+        self._restored = self._draft.restore(benches)
+        self._benches = benches
+        return benches
+
+    @property
+    def restored(self) -> str:
+        """What an earlier run has built for this recording."""
+        return self._restored
+
+    def keep_model(self) -> str:
+        """Keep the models beside the sessions."""
+        self._restored = ""
+        if self._benches is None or self._draft is None:
+            return ""
+        return self._draft.write(self._benches, self._written)
+
+    def give_up_model(self) -> None:
+        """Keep the models no longer."""
+        if self._draft is not None:
+            self._draft.remove()
+
+    def unsaved_model(self) -> str:
+        """The models that were changed since the file was written, or since the beginning."""
+        if self._benches is None:
+            return ""
+        changed = "; ".join(self._benches.changed(self._written))
+        if self._wanted and self._saved is None:
+            return changed or "the one that was fitted"
+        return changed
+
+    def write_model(self, place: Path | None) -> Saved:
+        """Write the calibration."""
+        return self._save(place)
+
+    def wrote(self, saved: Saved) -> None:
+        """Note the file."""
+        super().wrote(saved)
+        self._saved = saved
+        self.give_up_model()
+        if self._benches is not None:
+            self._written = self._benches.models
+
+    def leave(self) -> None:
+        """End the app."""
+        self.exit(self._saved)
 
 
-def run_bench(benches: "Benches") -> int:
+def run_bench(
+    benches: "Benches",
+    save: Callable[[Path | None], Saved],
+    recorded: Sequence[Path],
+    *,
+    wanted: bool = False,
+) -> int:
     """Run the bench until it is left.
 
     Args:
         benches: the benches of a recording.
+        save: writes the calibration with their models, see ``BenchApp``.
+        recorded: the recording.
+        wanted: a file is wanted even if no model is changed.
 
     Returns:
         Exit status.
     """
-    app = BenchApp(lambda: benches)
-    app.run()
-    return app.return_code or 0
+    app = BenchApp(lambda: benches, save, recorded, wanted=wanted)
+    saved = _run(app)
+    if saved is not None:
+        say("\n".join(saved.says))
+    elif app.unkept is not None:
+        _print_calibration(benches.fitted(), {})
+        raise app.unkept
+    return _status(app)

@@ -1,22 +1,32 @@
 """The functions that the screens call: sources, fit, bench, saving, exports."""
 
 import gc
-import itertools
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from imucal_wizard.core.dates import date_text, day_text, iso_date, iso_now
+from imucal_wizard.core.description import Description
+from imucal_wizard.core.errors import ImucalError, UsageError
+from imucal_wizard.core.output import (
+    encode_json,
+    numbered_names,
+    place_elsewhere,
+    write_atomically,
+)
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.sources import SampleSource, SourceChoice, SourceKind, SourceOpener
 
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
+    from imucal_wizard.core.readings import Readings
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.diagnose.grade import Graded
+    from imucal_wizard.diagnose.recheck import Recheck
     from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.holds import Collected
@@ -24,9 +34,12 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.report.exports import Exported, ExportTarget
     from imucal_wizard.run.snapshot import Snapshot
     from imucal_wizard.sessions import SessionInfo
+    from imucal_wizard.sessions.bench_draft import BenchDraft
+    from imucal_wizard.sessions.catalogue import Catalogue
+    from imucal_wizard.sessions.history import DeviceHistory, KnownDevice
 
-MAX_LISTED_SESSIONS = 4
-"""Earlier sessions in the list of sources; with more, the ports would be out of sight."""
+MAX_LISTED_DEVICES = 3
+"""Devices to check in the list of sources; with more, the ports would be out of sight."""
 _GC_THRESHOLDS = 700, 10, 2
 """New objects between two collections of the youngest generation, as in Python; collections between
 two of the next one; and, less than in Python, of the oldest. Frequent collections are short."""
@@ -39,12 +52,14 @@ class Saved:
     Attributes:
         path: the file.
         says: the text to print when the app has closed.
-        report: the fit that the file holds; None in tests that save nothing.
+        report: the fit that the file holds; None in tests that save nothing, and of a recheck.
+        status: exit status of the program.
     """
 
     path: Path
     says: tuple[str, ...] = ()
     report: "FitReport | None" = None
+    status: int = 0
 
 
 class Services(Protocol):
@@ -57,11 +72,24 @@ class Services(Protocol):
             ImucalError: it cannot be opened, and why.
         """
 
+    @property
+    def description(self) -> Description:
+        """Device, place and operator of the present source."""
+
+    def describe(self, description: Description) -> None:
+        """State them."""
+
     def ports(self) -> Sequence[SourceChoice]:
         """The ports with devices. Runs in a thread."""
 
     def earlier(self) -> Sequence[SourceChoice]:
-        """Sessions that can be resumed, newest first. Runs in a thread."""
+        """All sessions that no other program writes, newest first. Runs in a thread."""
+
+    def devices(self) -> "Sequence[KnownDevice]":
+        """All devices, the one that was measured last first. Runs in a thread."""
+
+    def history(self, device: "KnownDevice") -> "DeviceHistory":
+        """The history of a device. Runs in a thread."""
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
         """Fit what was collected. Runs in a thread.
@@ -78,6 +106,9 @@ class Services(Protocol):
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
         """The benches of a fit, with the models of earlier benches. Runs in a thread."""
 
+    def draft(self) -> "BenchDraft":
+        """Where the models of the benches are kept until a file has them. Runs in a thread."""
+
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
         """The diagnosis of each sensor. Runs in a thread."""
 
@@ -86,8 +117,13 @@ class Services(Protocol):
     ) -> "Mapping[str, Graded]":
         """The grade of each sensor; none without diagnoses."""
 
-    def save(self, report: "FitReport", benches: "Benches | None") -> Saved:
+    def save(self, report: "FitReport", benches: "Benches | None", place: Path | None) -> Saved:
         """Write the calibration, with the effects that the bench has added. Runs in a thread.
+
+        Args:
+            report: the fit without effects.
+            benches: with the effects; None for none.
+            place: the file; None for the usual one.
 
         Raises:
             UsageError: the place cannot be written.
@@ -102,6 +138,27 @@ class Services(Protocol):
         Raises:
             UsageError: the target cannot hold it, or the place cannot be written.
         """
+
+    def calibrations(self) -> Sequence[SourceChoice]:
+        """The newest calibration of each device, to check it against. Runs in a thread."""
+
+    def recheck_with(self, calibration: Path | None) -> None:
+        """Check the next source against a calibration; None calibrates it."""
+
+    def recheck(
+        self, collected: "Collected", snapshot: "Snapshot"
+    ) -> "tuple[Recheck, Calibration, Saved]":
+        """The verdict on what was collected; it is kept in the device's history. Runs in a thread.
+
+        Raises:
+            ImucalError: the calibration or the stream does not serve.
+        """
+
+    def session_elsewhere(self) -> Path | None:
+        """A file for the session on another disk; None if there is no other one."""
+
+    def moved(self, path: Path) -> None:
+        """Note that the session is in another file from now on."""
 
     def loaded(self) -> None:
         """Note that all modules of the app are imported."""
@@ -119,11 +176,22 @@ class WizardServices:
 
     def __init__(self, options: WizardOptions) -> None:
         self._options = options
+        self._readings: Readings | None = None
+        self._format = ""
         self.sources = SourceOpener(options)
 
     def open_source(self, choice: SourceChoice) -> SampleSource:
         """Make the chosen source."""
         return self.sources.open(choice)
+
+    @property
+    def description(self) -> Description:
+        """Device, place and operator of the present source."""
+        return self.sources.description
+
+    def describe(self, description: Description) -> None:
+        """State them."""
+        self.sources.description = description
 
     def fit(self, collected: "Collected", snapshot: "Snapshot") -> "FitReport":
         """Fit what was collected.
@@ -133,6 +201,7 @@ class WizardServices:
         """
         from imucal_wizard.estimate.recording import FitOptions
         from imucal_wizard.run.review import fit_stream
+        from imucal_wizard.sessions.stored_readings import session_readings
 
         wanted = self._options
         options = FitOptions(
@@ -142,7 +211,10 @@ class WizardServices:
             wanted.magnetometer_method,
             wanted.field,
         )
-        return fit_stream(collected, snapshot.stream, options)
+        self._format = snapshot.stream.format
+        kept = self.sources.session or self.sources.watched
+        self._readings = self.sources.played or session_readings(kept, collected.holds)
+        return fit_stream(collected, snapshot.stream, options, self._readings)
 
     def compare(
         self, report: "FitReport", collected: "Collected", snapshot: "Snapshot"
@@ -159,15 +231,22 @@ class WizardServices:
         return method_rows(report, unit, series, self._options.field)
 
     def benches(self, report: "FitReport", before: "Benches | None") -> "Benches":
-        """The benches of a fit, with its readings if they are available."""
+        """The benches of the newest fit, with its readings if they are available."""
         from imucal_wizard.diagnose.benches import Benches
-        from imucal_wizard.model.catalogue import load_effect
-        from imucal_wizard.sessions.stored_readings import session_readings
 
+        return Benches(report, self._readings, own=self._options.effects, before=before)
+
+    def draft(self) -> "BenchDraft":
+        """Where the models of the benches of the present source are kept."""
+        from imucal_wizard.sessions.bench_draft import BenchDraft
+
+        return BenchDraft(self._measured)
+
+    @property
+    def _measured(self) -> list[Path]:
+        """The session, or the recordings that are replayed."""
         kept = self.sources.session or self.sources.watched
-        readings = self.sources.played or session_readings(kept, report.holds)
-        own = [load_effect(path) for path in self._options.effects]
-        return Benches(report, readings, own=own, before=before)
+        return list(self._options.replay) if kept is None else [kept]
 
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
         """The diagnosis of each sensor."""
@@ -175,27 +254,49 @@ class WizardServices:
 
         return {one.sensor: one for one in diagnose_benches(benches, {}, automatic=False)}
 
-    def save(self, report: "FitReport", benches: "Benches | None" = None) -> Saved:
+    def save(
+        self, report: "FitReport", benches: "Benches | None" = None, place: Path | None = None
+    ) -> Saved:
         """Write the calibration, with the effects that the bench has added.
+
+        Args:
+            report: the fit without effects.
+            benches: with the effects; None for none.
+            place: the file; None for the usual one.
 
         Raises:
             DataError: no sensor's calibration is usable.
             UsageError: the place cannot be written.
         """
-        from imucal_wizard.report.calibration_file import from_report, judged
+        from imucal_wizard.report.calibration_record import described, from_report, judged, located
         from imucal_wizard.report.text import summary
+        from imucal_wizard.sessions.session_list import session_info
 
-        now = datetime.now().astimezone()
         report = report if benches is None else benches.fitted()
         diagnoses = {} if benches is None else self.diagnose(benches)
-        made = from_report(report, self.sources.title, now.isoformat(timespec="seconds"))
+        made = from_report(report, self.sources.title, iso_now())
         made = judged(made, report, diagnoses, self._options.limits)
+        kept = self.sources.session or self.sources.watched
+        info = None if kept is None else session_info(kept)
+        made = described(
+            made,
+            self.sources.description,
+            stream_format=self._format,
+            session=None if info is None else info.path.name,
+            measured=None if info is None else iso_date(info.created),
+            fingerprint=_fingerprint(self._measured),
+        )
+        if self._options.location is not None:
+            made = located(made, self._options.location)
         left_out = [] if self._options.force else list(made.unusable)
-        path = self._written(made if self._options.force else made.usable_part())
+        made = made if self._options.force else made.usable_part()
+        path, history = self._written(made, place or self._options.save)
         without = f" without the {' and the '.join(left_out)}" if left_out else ""
         said = summary(report, diagnoses, self._options.limits)
-        last = self._last_line(self.grades(report, diagnoses), report, path)
-        return Saved(path, (said, f"saved: {path}{without}", last), report)
+        measured = kept or (self._options.replay[0] if self._options.replay else None)
+        last = last_line(self.grades(report, diagnoses), report, path, measured)
+        undone = [self.sources.undone] if self.sources.undone else []
+        return Saved(path, (said, *undone, f"saved: {path}{without}", *history, last), report)
 
     def grades(
         self, report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
@@ -205,43 +306,71 @@ class WizardServices:
 
         return graded(report, diagnoses, self._options.limits)
 
-    def _last_line(self, grades: "Mapping[str, Graded]", report: "FitReport", path: Path) -> str:
-        """The final state in words, the effects of the model included, and what to type next."""
-        told = []
-        for name, one in grades.items():
-            terms = report.sensors[name].terms if name in report.sensors else ()
-            beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
-            told.append(f"{name} {one.grade.word}{beyond}")
-        kept = self.sources.session or self.sources.watched
-        place = kept or (self._options.replay[0] if self._options.replay else None)
-        following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
-        if place is not None and any(one.grade != "good" for one in grades.values()):
-            following = f"imucal-wizard bench {shlex.quote(str(place))}"
-        return f"{'; '.join(told) or 'saved without a verdict'}. Next: {following}"
+    def _written(self, made: "Calibration", given: Path | None) -> "tuple[Path, Sequence[str]]":
+        """Write it under the given name, else under a free one; an equal file is kept.
 
-    def _written(self, made: "Calibration") -> Path:
-        """Write it under the given name, else under a free one; an equal file is kept."""
+        Returns:
+            The file, and what to know of the device's history.
+        """
         from imucal_wizard.report.calibration_file import says_the_same
+        from imucal_wizard.report.device_history import save_in_history
 
-        if self._options.save is not None:
-            return made.save(self._options.save, force=True)
-        for path in self._names():
-            if not path.exists():
-                break
-            if says_the_same(path, made):
-                return path
-        return made.save(path, force=True)
+        for path in numbered_names(self._first_name()) if given is None else (given,):
+            if given is None and says_the_same(path, made):
+                return path, ()
+            if not path.exists() or says_the_same(path, made, described=False):
+                break  # another name of the device is no other calibration
+        return path, save_in_history(made, path, self.sources.directory(), force=True)
 
-    def _names(self) -> Iterator[Path]:
-        """Names for the calibration, without end; the first has no number."""
+    def _first_name(self) -> Path:
+        """The name for the calibration if no other file has it."""
         if self.sources.session is not None:
-            first = self.sources.session.with_suffix(".json")
-        else:
-            names = "+".join(path.stem for path in self._options.replay) or "recording"
-            first = Path.cwd() / f"{names}.calibration.json"
-        yield first
-        for number in itertools.count(2):
-            yield first.with_name(f"{first.stem}-{number}{first.suffix}")
+            return self.sources.session.with_suffix(".json")
+        return name_of_calibration(self._options.replay)
+
+    def calibrations(self) -> list[SourceChoice]:
+        """The newest calibration of each device, to check it against."""
+        from imucal_wizard.sessions.catalogue import Catalogue
+
+        found = []
+        with Catalogue(self.sources.directory()) as catalogue:
+            for device in catalogue.devices():
+                past = catalogue.history(device.name).calibrations
+                if past:
+                    title = f"recheck {device.name}"
+                    calibrated = day_text(past[-1].measured)
+                    detail = f"GO or NO-GO in a minute; calibrated {calibrated}"
+                    kind = SourceKind.RECHECK
+                    found.append(SourceChoice(kind, str(past[-1].path), title, detail))
+        return found[:MAX_LISTED_DEVICES]
+
+    def recheck_with(self, calibration: Path | None) -> None:
+        """Check the next source against a calibration."""
+        self.sources.recheck = calibration
+
+    def recheck(
+        self, collected: "Collected", snapshot: "Snapshot"
+    ) -> "tuple[Recheck, Calibration, Saved]":
+        """The verdict on what was collected, kept in the history of the device."""
+        from imucal_wizard.report.calibrated_device import recheck_collected
+        from imucal_wizard.report.recheck_text import kept_recheck, recheck_document, recheck_text
+        from imucal_wizard.sessions.session_list import session_info
+        from imucal_wizard.sessions.stored_readings import session_readings
+
+        known, path = self.sources.known, self.sources.recheck
+        if known is None or path is None:
+            raise UsageError("there is no calibration to check the device against")
+        kept = self.sources.session or self.sources.watched
+        readings = self.sources.played or session_readings(kept, collected.holds)
+        seconds = snapshot.status.elapsed
+        found = recheck_collected(known, collected, snapshot.stream, seconds, readings)
+        document = recheck_document(found, path.name, None if kept is None else session_info(kept))
+        if self._options.document is not None:
+            write_atomically(Path(self._options.document), encode_json(document))
+        history = kept_recheck(known.calibration, document, self.sources.directory())
+        undone = [self.sources.undone] if self.sources.undone else []
+        says = recheck_text(found, known.calibration), *undone, *history
+        return found, known.calibration, Saved(path, says, status=int(found.verdict != "go"))
 
     def targets(self) -> "Sequence[ExportTarget]":
         """The programs that a calibration can be written for."""
@@ -256,6 +385,14 @@ class WizardServices:
 
         path = path_beside(saved, target_named(target))
         return write_export(read_calibration(saved), target, path)
+
+    def session_elsewhere(self) -> Path | None:
+        """A file for the session on another disk; None if there is no other one."""
+        return None if self.sources.session is None else place_elsewhere(self.sources.session)
+
+    def moved(self, path: Path) -> None:
+        """Note that the session is in another file from now on."""
+        self.sources.session = path
 
     def loaded(self) -> None:
         """Keep the pauses of the garbage collector short.
@@ -279,26 +416,74 @@ class WizardServices:
         return found
 
     def earlier(self) -> list[SourceChoice]:
-        """Sessions that are not finished, newest first."""
-        from imucal_wizard.sessions import list_sessions
+        """All sessions that no other program writes, newest first."""
+        with self._catalogue() as catalogue:
+            return [_kept(one) for one in catalogue.sessions() if not one.busy]
 
-        known = [one for one in list_sessions(self.sources.directory()) if not one.problem]
-        return [_resumable(one) for one in known if not one.finished and one.holds][
-            :MAX_LISTED_SESSIONS
-        ]
+    def devices(self) -> "list[KnownDevice]":
+        """All devices, the one that was measured last first."""
+        with self._catalogue() as catalogue:
+            return catalogue.devices()
+
+    def history(self, device: "KnownDevice") -> "DeviceHistory":
+        """The history of a device."""
+        with self._catalogue() as catalogue:
+            return catalogue.history(device.serial or device.name)
+
+    def _catalogue(self) -> "Catalogue":
+        from imucal_wizard.sessions.catalogue import Catalogue
+
+        return Catalogue(self.sources.directory())
 
 
-def _resumable(session: "SessionInfo") -> SourceChoice:
+def _fingerprint(recorded: Sequence[Path]) -> str | None:
+    """Of what was measured; None where it cannot be read at present."""
+    from imucal_wizard.acquire.files.session_salvage import fingerprint
+
+    try:
+        return fingerprint(recorded) if recorded else None
+    except ImucalError:
+        return None
+
+
+def name_of_calibration(recordings: Sequence[Path]) -> Path:
+    """The name for the calibration of recordings, in the present folder."""
+    names = "+".join(path.stem for path in recordings) or "recording"
+    return Path.cwd() / f"{names}.calibration.json"
+
+
+def last_line(
+    grades: "Mapping[str, Graded]", report: "FitReport", path: Path, measured: Path | None
+) -> str:
+    """The final state in words, the effects of the model included, and what to type next.
+
+    Args:
+        grades: of the sensors.
+        report: the fit that was saved.
+        path: the saved calibration.
+        measured: the session or recording for the bench; None to propose an export.
+    """
+    told = []
+    for name, one in grades.items():
+        terms = report.sensors[name].terms if name in report.sensors else ()
+        beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
+        told.append(f"{name} {one.grade.word}{beyond}")
+    following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
+    if measured is not None and any(one.grade != "good" for one in grades.values()):
+        following = f"imucal-wizard bench {shlex.quote(str(measured))}"
+    return f"{'; '.join(told) or 'saved without a verdict'}. Next: {following}"
+
+
+def _kept(session: "SessionInfo") -> SourceChoice:
+    """A session as a source, to continue it or to open its result again."""
     from imucal_wizard.guide.wording import plural
+    from imucal_wizard.report.history_text import session_state
     from imucal_wizard.tui.text import clock
 
-    begun = datetime.fromtimestamp(session.created).astimezone()
-    today = begun.date() == datetime.now().astimezone().date()
-    when = f"{begun:%H:%M}" if today else f"{begun:%d %b, %H:%M}"
-    step = TITLES.get(session.step, session.step)
-    return SourceChoice(
-        SourceKind.SESSION,
-        str(session.path),
-        f"resume session of {when}, at {step}",
-        f"{plural(session.holds, 'hold')} in {clock(session.seconds)}, {session.source}",
-    )
+    when = date_text(session.created).removeprefix(f"{day_text(time.time())} ")
+    title = f"resume session of {when}, at {TITLES.get(session.step, session.step)}"
+    if session.problem or session.finished:
+        title = f"session of {when}, {session_state(session)}"
+    held = f"{plural(session.holds, 'hold')} in {clock(session.seconds)}"
+    detail = session.problem or f"{held}, {session.description.named or session.source}"
+    return SourceChoice(SourceKind.SESSION, str(session.path), title, detail)

@@ -23,7 +23,6 @@ PATTERNS: dict[EventKind, tuple[int, float]] = {
     EventKind.ALREADY_DONE: (2, SLOW),
     EventKind.WRONG_POSE: (2, SLOW),
     EventKind.LINK_BACK: (2, QUICK),
-    EventKind.WRITTEN_AGAIN: (2, QUICK),
     EventKind.FLOWING: (2, QUICK),
     EventKind.FIELD_BACK: (2, QUICK),
     EventKind.STEP_SKIPPED: (3, QUICK),

@@ -9,6 +9,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
+from imucal_wizard.acquire.files import SUFFIX
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import RecordingError, SessionError, SessionTakenError, UsageError
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -17,9 +19,12 @@ from imucal_wizard.tui.options import WizardOptions
 if TYPE_CHECKING:  # all of these import numpy, which waits until after the first paint
     from imucal_wizard.acquire.setup import StreamSetup
     from imucal_wizard.core.readings import Readings
+    from imucal_wizard.guide.steps.recheck import Planner
     from imucal_wizard.measurement.holds import Collected
+    from imucal_wizard.report.calibrated_device import CalibratedDevice
     from imucal_wizard.run.engine import Engine
     from imucal_wizard.run.procedure_settings import ProcedureSettings
+    from imucal_wizard.run.pump import Link
     from imucal_wizard.run.session_replay import ResumedSession
     from imucal_wizard.run.snapshot import Snapshot
     from imucal_wizard.simulate.imu import VirtualImu
@@ -53,6 +58,16 @@ class SampleSource(Protocol):
     def set_setup(self, setup: "StreamSetup") -> None:
         """Read the stream with this setup from its first byte on."""
 
+    def rescue(self, path: Path) -> None:
+        """Write the whole session to another file after its disk has failed.
+
+        Raises:
+            SessionError: the file exists already, or cannot be written.
+        """
+
+    def describe(self, description: Description) -> None:
+        """State device, place and operator; the session keeps it."""
+
 
 @runtime_checkable
 class Hand(Protocol):
@@ -85,6 +100,8 @@ class SourceKind(StrEnum):
     PORT = "port"
     FILE = "file"
     SESSION = "session"
+    RECHECK = "recheck"
+    """A calibration to check the device against; the source is chosen afterwards."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +134,10 @@ class SourceOpener:
         watched: the session being played, or None.
         sealed: the answer of an exercise, or None.
         gravity: local gravity for the fit, m/s².
+        description: device, place and operator of the present source.
+        recheck: the calibration that the device is checked against, or None.
+        known: the same, read; None without one.
+        undone: the correction of a flight controller that was undone, in words, or "".
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -127,6 +148,10 @@ class SourceOpener:
         self.watched: Path | None = None
         self.sealed: Path | None = None
         self.gravity = options.gravity or STANDARD_GRAVITY
+        self.description = options.description
+        self.recheck = options.recheck
+        self.known: CalibratedDevice | None = None
+        self.undone = ""
 
     def directory(self) -> Path:
         """The folder of the sessions."""
@@ -142,7 +167,10 @@ class SourceOpener:
         """
         self.title = choice.title or choice.target
         self.session, self.played, self.watched = None, None, None
-        if choice.kind is SourceKind.SESSION or choice.target.endswith(".imucal"):
+        self.undone = ""
+        self.description = self._options.description
+        self.known = None if self.recheck is None else self._known(self.recheck, {})
+        if choice.kind is SourceKind.SESSION or choice.target.endswith(SUFFIX):
             return self._resumed(Path(choice.target))
         if choice.kind is SourceKind.FILE:
             paths = (Path(choice.target),) if choice.target else self._options.replay
@@ -150,6 +178,50 @@ class SourceOpener:
         if choice.kind is SourceKind.PORT:
             return self._reader(choice.target)
         return self._virtual()
+
+    def _known(self, path: Path, before: Mapping[str, Any]) -> "CalibratedDevice":
+        """The calibration that the device is checked against.
+
+        Args:
+            path: its file.
+            before: settings of a recheck that goes on; empty for a new one.
+
+        Raises:
+            RecordingError: it cannot be read, or was edited by hand.
+            UsageError: it has no accelerometer.
+        """
+        from imucal_wizard.report.calibrated_device import CalibratedDevice, RecheckSettings
+        from imucal_wizard.report.calibration_file import read_calibration
+
+        options = self._options
+        settings = RecheckSettings(
+            datetime.now().astimezone(),
+            str(before.get("recheck_grade", options.recheck_grade)),
+            before.get("limits", options.limits),
+            bool(before.get("gyro_zeroed", options.gyro_zeroed)),
+            options.gravity,
+            options.effects,
+        )
+        known = CalibratedDevice(read_calibration(path), settings)
+        self.gravity = known.criteria.gravity
+        return known
+
+    def _planner_of(self, about: Mapping[str, Any]) -> "Planner | None":
+        """What chooses the poses of an earlier session, if that is a recheck.
+
+        Raises:
+            ImucalError: its calibration or its settings cannot be read.
+        """
+        if "recheck" not in about:
+            return None
+        self.recheck = Path(str(about["recheck"]))
+        try:
+            self.known = self._known(self.recheck, about)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            raise SessionError(
+                f"the session is damaged: its recheck has no limits ({error}); begin a new one"
+            ) from error
+        return self.known.next_pose
 
     def _virtual(self) -> SampleSource:
         """The virtual IMU; an exercise has a random hidden effect and a sealed answer."""
@@ -160,8 +232,12 @@ class SourceOpener:
         if options.mystery is None:
             about |= {"seed": options.seed, "hidden": list(options.hidden)}
         else:
-            about |= {"mystery": options.mystery, "grade": options.grade}
+            from imucal_wizard.teach.exercise_session import covered_number
+
+            about |= {"mystery": covered_number(options.mystery), "grade": options.grade}
         imu = virtual_imu(about, options)
+        if options.mystery is None:  # each exercise has a device of its own
+            self._propose(Description("virtual IMU", f"seed {options.seed}"))
         engine = self._begin(about, float(imu.sensor.gyroscope.highest))
         if options.mystery is not None and self.session is not None:
             from imucal_wizard.teach.exercise_session import (
@@ -176,12 +252,61 @@ class SourceOpener:
         return Reader(imu, engine)
 
     def _reader(self, port: str) -> SampleSource:
-        from imucal_wizard.acquire.transport import Transport
         from imucal_wizard.run.pump import Pump
         from imucal_wizard.run.reader import Reader
+        from imucal_wizard.sessions import remove_session
 
         about = {"kind": "port", "port": port, "baud": self._options.baud}
-        return Reader(Pump(Transport(port, self._options.baud)), self._begin(about))
+        self._propose(self._device_at(port))
+        if self.known is not None:
+            self.known.check_device(self.description.serial)
+        link = self._link(port, self._options.baud)
+        engine, path = self._begin(about), self.session
+        assert path is not None, "the engine writes it"  # noqa: S101 (narrows the type)
+        return Reader(
+            Pump(link),
+            engine,
+            unopened=lambda: remove_session(path),
+        )
+
+    def _link(self, port: str, baud: int) -> "Link":
+        """A port, or a flight controller, of which the bare sensor is read.
+
+        Raises:
+            LinkError: there is no flight controller, or it is armed.
+            UsageError: its correction cannot be undone.
+        """
+        from imucal_wizard.acquire.mavlink import MAVLINK, VehicleLink
+        from imucal_wizard.acquire.transport import Transport
+
+        if not port.startswith(MAVLINK):
+            return Transport(port, baud)
+        from imucal_wizard.report.vehicle import undoing, undone_text
+
+        vehicle = VehicleLink(port, baud, undoing)
+        vehicle.open()
+        self.undone = undone_text(vehicle.autopilot, vehicle.parameters)
+        return vehicle
+
+    def _propose(self, device: Description) -> None:
+        """What is known of the device counts where the user states nothing."""
+        self.description = self._options.description.over(device)
+
+    def _device_at(self, port: str) -> Description:
+        """The device by VID:PID and serial number of its port, with the name that it got before."""
+        from imucal_wizard.acquire.ports import list_ports, same_device
+        from imucal_wizard.sessions.catalogue import Catalogue
+
+        found = same_device(port, list_ports())
+        if found is None or not found.vid_pid:
+            return Description(f"unnamed at {port.removeprefix('/dev/')}")
+        kind = found.hint or found.description or "USB device"
+        device = Description(f"{kind} {found.serial_number or found.vid_pid}", found.serial_number)
+        with Catalogue(self.directory()) as catalogue:
+            for known in catalogue.devices() if found.serial_number else ():
+                if known.serial == found.serial_number:
+                    return Description(known.name, known.serial, known.chip)
+        return device
 
     def _begin(self, about: dict[str, Any], full_scale: float | None = None) -> "Engine":
         """An engine that writes a new session.
@@ -194,24 +319,43 @@ class SourceOpener:
         from imucal_wizard.sessions import new_session_path
 
         setup, settings = stream_setup(self._options), self._settings()
+        about = about | {"description": self.description.told()}
+        planner = None if self.known is None else self.known.next_pose
+        if self.known is not None and self.recheck is not None:
+            chosen = self.known.settings
+            about |= {
+                "recheck": str(self.recheck.resolve()),
+                "recheck_grade": chosen.grade,
+                "limits": chosen.limits,
+                "gyro_zeroed": chosen.gyro_zeroed,
+            }
         settings = replace(settings, gyroscope_range=settings.gyroscope_range or full_scale)
         while True:
             self.session = new_session_path(self.directory(), datetime.now().astimezone())
             try:
-                return begin_session(self.session, setup, settings, source=self.title, about=about)
+                return begin_session(
+                    self.session,
+                    setup,
+                    settings,
+                    source=self.title,
+                    about=about,
+                    planner=planner,
+                )
             except SessionTakenError:  # another program has just created a file of this name
                 continue
 
     def _resumed(self, path: Path) -> SampleSource:
         """The source of an earlier session, which is replayed before it continues."""
         from imucal_wizard.run.session_replay import resume_session
+        from imucal_wizard.sessions.session_list import session_info
 
         if not path.is_file():
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
-        resumed = resume_session(path)
+        resumed = resume_session(path, self._planner_of)
         self.session = path
         self.gravity = self._options.gravity or resumed.engine.settings.gravity
         self.title = resumed.engine.source or self.title
+        self._propose(session_info(path).description)
         with ExitStack() as on_failure:
             on_failure.callback(resumed.session.close)
             source = self._opened_again(resumed)
@@ -220,7 +364,6 @@ class SourceOpener:
 
     def _opened_again(self, resumed: "ResumedSession") -> SampleSource:
         """Open the source of a session again; a device may be at another port now."""
-        from imucal_wizard.acquire.transport import Transport
         from imucal_wizard.run.pump import Pump
         from imucal_wizard.run.reader import Reader
 
@@ -238,7 +381,7 @@ class SourceOpener:
         port = options.port or str(about.get("port", ""))
         if not port:
             raise SessionError(f"{path} does not say which port it was; add --port PORT")
-        return Reader(Pump(Transport(port, baud)), resumed.engine, prepare=resumed.prepare)
+        return Reader(Pump(self._link(port, baud)), resumed.engine, prepare=resumed.prepare)
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:
         """A recording with the present procedure, or a session with its operator's commands."""
@@ -250,7 +393,7 @@ class SourceOpener:
         if len(paths) == 1 and is_session(paths[0]):
             return self._session_player(paths[0])
         from imucal_wizard.acquire.files import read_files
-        from imucal_wizard.acquire.files.session_file import corrections_note
+        from imucal_wizard.acquire.files.session_salvage import corrections_note
         from imucal_wizard.run.engine import Engine
         from imucal_wizard.run.player import Player, ReadingsTape
 
@@ -259,7 +402,9 @@ class SourceOpener:
         self.played = replace(readings, warnings=(*undone, *readings.warnings))
         settings = self._settings()
         settings = replace(settings, procedure=replace(settings.procedure, led=False))
-        engine = Engine(None, settings, source=" + ".join(path.name for path in paths))
+        planner = None if self.known is None else self.known.next_pose
+        title = " + ".join(path.name for path in paths)
+        engine = Engine(None, settings, source=title, planner=planner)
         return Player(ReadingsTape(self.played), engine, self._options.speed)
 
     def _session_player(self, path: Path) -> SampleSource:
@@ -267,26 +412,30 @@ class SourceOpener:
         from imucal_wizard.run.player import Player, SessionTape
         from imucal_wizard.run.session_replay import SessionReplay
         from imucal_wizard.sessions import KeptSession
+        from imucal_wizard.sessions.session_list import session_info
 
         options, session = self._options, KeptSession.look(path)
         with ExitStack() as on_failure:
             on_failure.callback(session.close)
             past = SessionReplay(session, lambda setup: with_options(setup, options.recording))
-            player = Player(SessionTape(past), past.engine(), options.speed)
+            engine = past.engine(self._planner_of(past.about))
+            player = Player(SessionTape(past), engine, options.speed)
             on_failure.pop_all()
         self.watched, self.gravity = path, options.gravity or past.settings.gravity
+        self._propose(session_info(path).description)
         return player
 
     def _settings(self) -> "ProcedureSettings":
-        from imucal_wizard.guide.plan import standard
+        from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure, standard
         from imucal_wizard.run.procedure_settings import ProcedureSettings
 
         options = self._options
         limit = options.gyroscope_range
         turns = 0 if options.gyroscope_method == "offset" else options.rotations
+        procedure = standard(turns, poses=options.poses, count_faces=options.count_faces)
         return ProcedureSettings(
-            standard(turns, poses=options.poses, count_faces=options.count_faces),
-            options.gravity or STANDARD_GRAVITY,
+            procedure if self.known is None else Procedure(RECHECK_STEPS),
+            options.gravity or (STANDARD_GRAVITY if self.known is None else self.gravity),
             None if limit is None else math.radians(limit),
         )
 
@@ -315,11 +464,10 @@ def virtual_imu(about: Mapping[str, Any], options: WizardOptions) -> "VirtualImu
             magnetometer=field,
             following=options.auto,
         )
-    from imucal_wizard.teach.exercise_session import draw_exercise_session
+    from imucal_wizard.teach.exercise_session import draw_exercise_session, uncovered_number
 
-    exercise = draw_exercise_session(
-        int(about["mystery"]), str(about.get("grade")), magnetometer=field
-    )
+    number = uncovered_number(about["mystery"])
+    exercise = draw_exercise_session(number, str(about.get("grade")), magnetometer=field)
     return VirtualImu(
         seed=exercise.hand,
         speed=options.speed,

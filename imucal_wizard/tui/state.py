@@ -1,10 +1,13 @@
 """The state shared by the wizard's screens: source, newest snapshot, fit, bench, saved file."""
 
-from threading import Lock
+from contextlib import suppress
+from threading import RLock
 from typing import TYPE_CHECKING
 
-from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.description import Description
+from imucal_wizard.core.errors import DataError, ImucalError
 from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.run.faults import remember
 from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
@@ -12,15 +15,19 @@ from imucal_wizard.tui.sources import Hand, SampleSource, SourceChoice
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
     from collections.abc import Mapping, Sequence
+    from pathlib import Path
 
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.diagnose.grade import Graded
+    from imucal_wizard.diagnose.recheck import Recheck
     from imucal_wizard.estimate.comparison import MethodRow
     from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.measurement.requests import MeasurementRequest
+    from imucal_wizard.report.calibration_file import Calibration
     from imucal_wizard.report.exports import Exported
     from imucal_wizard.run.snapshot import Snapshot
+    from imucal_wizard.sessions.bench_draft import BenchDraft
 
 _FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which the data of the fit do not change."""
@@ -42,6 +49,7 @@ class WizardState:
         result: the same with the effects that the bench has added.
         diagnoses: of each sensor of the newest fit; empty until they are known.
         benches: the bench as it was left; None before it was opened.
+        restored: the models that an earlier run has built, in words; "" for none.
         sensor: the sensor whose bench was open last.
         resume_bench: the bench has requested data and opens again after the next fit.
         saved: the saved calibration, or None.
@@ -62,13 +70,18 @@ class WizardState:
         self.result: FitReport | None = None
         self.diagnoses: Mapping[str, Diagnosis] = {}
         self.benches: Benches | None = None
+        self.restored = ""
         self.sensor = ""
         self.resume_bench = False
         self.saved: Saved | None = None
         self.failure: ImucalError | None = None
         self.unwritten = ""
+        self._rescued = False
         self._heard = 0
-        self._bench_lock = Lock()
+        self._written: Mapping[str, tuple[str, ...]] = {}
+        """The bench's model of each sensor, as the saved file has it."""
+        self._draft: BenchDraft | None = None
+        self._bench_lock = RLock()
         """The bench opens once the diagnosis, which uses the same benches, is done."""
 
     @property
@@ -90,8 +103,10 @@ class WizardState:
     def use(self, source: SampleSource) -> None:
         """Start a source in place of the present one."""
         self.drop()
+        remember(f"source {type(source).__name__}")
         self.source, self.snapshot, self._heard = source, None, 0
-        self.benches, self.resume_bench = None, False
+        self.benches, self.resume_bench, self._written = None, False, {}
+        self._draft, self.restored = None, ""
         source.start()
 
     def drop(self) -> None:
@@ -99,7 +114,7 @@ class WizardState:
         source, self.source = self.source, None
         if source is not None:
             source.stop()
-            self.unwritten = source.snapshot().stream.unwritten
+            self.unwritten = "" if self._rescued else source.snapshot().stream.unwritten
 
     def take(self, snapshot: "Snapshot") -> None:
         """Take the newest snapshot, and play its new events."""
@@ -107,14 +122,24 @@ class WizardState:
         new, self._heard = snapshot.event_count - self._heard, snapshot.event_count
         if new > 0:
             self.sounds.hear(snapshot.events[-new:])
+            for event in snapshot.events[-new:]:
+                remember(str(event.kind))
+
+    def describe(self, description: Description) -> None:
+        """State device, place and operator of the source."""
+        self.services.describe(description)
+        if self.source is not None:
+            self.source.describe(description)
 
     def order(self, name: str, argument: str = "") -> None:
         """Pass a command to the procedure."""
+        remember(f"command {name}")
         if self.source is not None:
             self.source.command(name, argument)
 
     def enter(self, step: str) -> None:
         """Note the present step; a step that changes the data invalidates the fit."""
+        remember(f"step {step}")
         if step not in _FITTED:
             self.report = self.result = None
             self.diagnoses = {}
@@ -177,8 +202,28 @@ class WizardState:
         assert self.report is not None, "the bench is offered after the fit"  # noqa: S101 (narrows the type)
         with self._bench_lock:
             if self.benches is None or self.benches.report is not self.report:
-                self.benches = self.services.benches(self.report, self.benches)
+                benches = self.services.benches(self.report, self.benches)
+                if self._draft is None and not self.settings.quit_after:
+                    self._draft = self.services.draft()
+                    self.restored = self._draft.restore(benches)
+                self.benches = benches
             return self.benches
+
+    def keep_model(self) -> str:
+        """Keep the bench's models until a file has them. Slow: call it in a thread.
+
+        Returns:
+            Why they cannot be kept, or "".
+        """
+        self.restored = ""
+        if self.benches is None or self._draft is None:
+            return ""
+        return self._draft.write(self.benches, self._written)
+
+    def give_up_model(self) -> None:
+        """Keep the bench's models no longer."""
+        if self._draft is not None:
+            self._draft.remove()
 
     def leave_bench(self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None") -> None:
         """Note the sensor whose bench was left, and measure what the bench has requested."""
@@ -194,27 +239,64 @@ class WizardState:
         wanted, self.resume_bench = self.resume_bench, False
         return wanted
 
-    def save(self) -> Saved:
-        """Write the calibration with the bench's effects. Slow: call it in a thread.
+    def save(self, place: "Path | None" = None) -> Saved:
+        """Write the calibration, with its verdicts and the bench's effects. Slow: use a thread.
+
+        An exercise that has no bench yet is saved without verdicts, which would tell the answer.
+
+        Args:
+            place: the file; None for the usual one.
 
         Raises:
             UsageError: the place cannot be written.
         """
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
-        benches = None if self.benches is None else self.bench()
-        return self.services.save(self.report, benches)
+        benches = None
+        with self._bench_lock:
+            if self.benches is not None or not self.settings.predict:
+                with suppress(DataError):  # the data determine a fit, but no model to be judged
+                    benches = self.bench()
+            return self.services.save(self.report, benches, place)
+
+    def rescue(self, path: "Path") -> None:
+        """Write the whole session to another file after its disk has failed.
+
+        Raises:
+            SessionError: the file exists already, or cannot be written.
+        """
+        assert self.source is not None, "a source has measured the session"  # noqa: S101 (narrows the type)
+        self.source.rescue(path)
+        self.services.moved(path)
+        self._rescued = True
 
     def wrote(self, saved: Saved) -> None:
         """Note that the calibration is on disk."""
         self.saved, self.result = saved, saved.report or self.result
+        self._written = {} if self.benches is None else self.benches.models
+        self.give_up_model()
+
+    @property
+    def built(self) -> str:
+        """The bench's models that no file has, in words; "" if there are none."""
+        return "" if self.benches is None else "; ".join(self.benches.changed(self._written))
 
     @property
     def unsaved(self) -> bool:
         """Whether the bench has another model than the saved file."""
-        if self.saved is None or self.saved.report is None or self.result is None:
-            return False
-        there, here = self.saved.report.sensors, self.result.sensors
-        return any(there[name].model != fit.model for name, fit in here.items())
+        return self.saved is not None and bool(self.built)
+
+    def recheck(self) -> "tuple[Recheck, Calibration]":
+        """The verdict of a recheck. Slow: call it in a thread.
+
+        Raises:
+            ImucalError: the calibration or the stream does not serve.
+        """
+        assert self.source is not None, "only what a source has measured is judged"  # noqa: S101 (narrows the type)
+        assert self.snapshot is not None, "its snapshot has led to the verdict"  # noqa: S101 (narrows the type)
+        found, calibration, self.saved = self.services.recheck(
+            self.source.collected(), self.snapshot
+        )
+        return found, calibration
 
     def export(self, target: str) -> "Exported":
         """Write the saved calibration for another program. Slow: call it in a thread.

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.decode import numbers
@@ -16,6 +16,7 @@ fields = st.one_of(
     st.floats(allow_nan=False, allow_infinity=False).map(repr),
     st.integers(-(10**6), 10**6).map(str),
     st.text("0123456789+-.eE \t,;_naif", max_size=8),
+    st.sampled_from(["", "nan", "NaN"]),
 )
 
 
@@ -23,6 +24,7 @@ sizes = st.one_of(st.integers(-99_999, 99_999).map(lambda one: one / 1e3), st.fl
 
 
 @given(rows=st.lists(st.lists(fields, min_size=3, max_size=3), min_size=1, max_size=6))
+@example(rows=[["0\t"] * 3])
 @pytest.mark.parametrize("separator", [",", ";", "\t", " "])
 def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
     separator: str, rows: list[list[str]]
@@ -31,9 +33,12 @@ def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
     together = numbers.number_table(b"".join(line + b"\n" for line in lines), separator.encode(), 3)
     if together is None:
         return
-    lines = [line for line in lines if line.strip()]
-    alone = [[numbers.printed_number(field) for field in split_fields(line)] for line in lines]
-    assert together.tolist() == alone
+    alone = []
+    for line in filter(bytes.strip if separator == " " else None, lines):
+        alone.append([numbers.printed_number(field) for field in split_fields(line)])
+        if len(alone[-1]) == 2 and line.endswith(separator.encode()):
+            alone[-1].append(math.nan)
+    assert list(map(repr, together.tolist())) == list(map(repr, alone))
 
 
 @given(
@@ -55,10 +60,42 @@ def test_a_batch_of_matlab_s_lines_agrees_too_whatever_byte_is_another_one(
     assert list(map(repr, together.ravel().tolist())) == list(map(repr, alone))
 
 
+@given(
+    rows=st.lists(st.lists(fields, min_size=3, max_size=3), min_size=1, max_size=6),
+    separator=st.sampled_from([",", ";", "\t"]),
+)
+def test_the_digits_of_many_numbers_at_once_give_the_same_values(
+    rows: list[list[str]], separator: str
+) -> None:
+    """With lines of any fields in the middle."""
+    plain = [["-12.5", "+0.0625", "123456.789012"], ["7", "-0", ""], ["-.5", "8.", "-0.0"]]
+    lines = [separator.join(row).encode() for row in (*plain * 5, *rows, *plain * 5)]
+    block = b"".join(line + b"\n" for line in lines)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numbers, "_MIN_DECIMAL_BYTES", 0)
+        whole = "\n".join(separator.join(row) for row in plain) + "\n"
+        assert numbers._decimal_table(whole.encode(), separator.encode(), 3) is not None
+        together = numbers.number_table(block, separator.encode(), 3)
+    if together is None:
+        return
+    alone = []
+    for line in filter(None, lines):
+        alone.append([numbers.printed_number(field) for field in split_fields(line)])
+        if len(alone[-1]) == 2 and line.endswith(separator.encode()):
+            alone[-1].append(math.nan)
+    assert list(map(repr, together.tolist())) == list(map(repr, alone))
+
+
 def test_plain_lines_are_read_as_a_batch() -> None:
     table = numbers.number_table(b"1,2.5,-3e2\n" * 50, b",", 3)
     assert table is not None
     np.testing.assert_array_equal(table, [[1, 2.5, -300]] * 50)
+
+
+def test_lines_of_a_sensor_that_is_slower_are_read_as_a_batch() -> None:
+    table = numbers.number_table(b"1,,\n,NaN,3\n" * 50, b",", 3)
+    assert table is not None
+    np.testing.assert_array_equal(table, [[1, np.nan, np.nan], [np.nan, np.nan, 3]] * 50)
 
 
 @pytest.mark.parametrize("field", [b"nan", b"NaN", b"inf", b"-inf", b"ovf", b"", b" ", b"1e999"])

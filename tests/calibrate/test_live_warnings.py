@@ -8,7 +8,7 @@ from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.report.calibration_file import from_report
+from imucal_wizard.report.calibration_record import from_report
 from imucal_wizard.report.document import fit_document
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.tui.options import WizardOptions

@@ -77,7 +77,7 @@ def _compared(one: Sequence[Hold], other: Sequence[Hold]) -> tuple[int, list[str
 def test_every_limit_that_finds_a_rest_finds_the_same_samples(seed: int, tremor: float) -> None:
     found = _offline(_shaken(seed, tremor))
     whole = max(found, key=len)
-    assert len(whole) >= 7
+    assert len(whole) >= 6  # of seven: a tremor that changes within a rest may break it
     for holds in found:
         same, unlike = _compared(whole, holds)
         assert not unlike

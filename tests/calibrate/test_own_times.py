@@ -10,11 +10,16 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.estimate.gravity_and_field import segments
+from imucal_wizard.estimate.parameters import full_parameters
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.run.player import ReadingsTape
 from tests.calibrate.collecting import offline, recording
+from tests.estimate.truth import typical_gyroscope
+from tests.estimate.whole_session import HOLD, TURN, Session
 
 SHARE = st.floats(0.0, 1.0)
 PRESENCE = st.tuples(SHARE, SHARE, st.lists(st.tuples(SHARE, st.floats(0.0, 0.4)), max_size=2))
@@ -64,6 +69,43 @@ def test_a_gyroscope_without_a_sample_says_nothing() -> None:
     report = fit_readings(empty)
     assert "gyroscope" not in report.sensors
     assert all(hold.gyroscope is None for hold in report.holds)
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_rotation_that_the_gyroscope_saw_in_part_does_not_count(late: bool) -> None:
+    """It starts or stops in the middle of the tenth motion."""
+    whole, holds = recording(), offline().holds
+    assert whole.gyroscope is not None
+    middle = 0.5 * (holds[9].end + holds[10].start)
+    seen = (whole.gyroscope.time > middle) == late
+    part = Series(whole.gyroscope.time[seen], whole.gyroscope.values[seen], "rad/s")
+    rotations = rotations_between(holds, part, whole.accelerometer)
+    for one in rotations:
+        there = one.before.start > middle if late else one.after.end < middle
+        assert (one.problem is None) == there
+    between = {(one.before, one.after) for one in segments(holds, part)}
+    assert (9, 10) not in between
+
+
+def test_headings_are_no_better_than_the_angles_of_the_accelerometer() -> None:
+    """Eight rests leave six of them at usual size; a gain was once 9.5 standard errors off."""
+    whole = Session(rate=50.0, holds=16).readings(410)
+    assert whole.gyroscope is not None
+    first, last = 6.0 * (HOLD + TURN), 14.0 * (HOLD + TURN) - TURN
+    report = fit_readings(
+        replace(
+            whole,
+            accelerometer=whole.accelerometer.between(first, last),
+            gyroscope=whole.gyroscope.between(first, last),
+        )
+    )
+    reference = report.sensors["accelerometer"].reference
+    assert reference is not None
+    assert reference.undetermined == 6
+    truth = full_parameters(typical_gyroscope().matrix, typical_gyroscope().bias)
+    for one in report.sensors["gyroscope"].parameters:
+        if one.standard_error is not None and one.carried:
+            assert abs(one.value - truth[one.name]) < 4.0 * one.standard_error
 
 
 @pytest.mark.study

@@ -7,10 +7,11 @@ from imucal_wizard.acquire.files import RecordingOptions, read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
-from imucal_wizard.estimate.gyroscope import examined, gyroscope_experiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.measurement.holds import Rotation
 from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
@@ -115,7 +116,7 @@ def test_leaving_out_each_xsens_rotation_is_a_complete_refit(xsens: FitReport) -
     assert fit.held_out is not None
     accelerometer = fit_accelerometer(xsens.holds, STANDARD_GRAVITY, "count")
     rotations = examined(xsens.rotations)
-    experiment = gyroscope_experiment(xsens.holds, rotations, accelerometer, "count")
+    experiment = gyroscope_minimum(xsens.holds, rotations, accelerometer, "count").experiment
     for index in range(0, len(xsens.rotations), 4):
         rest = [rotation for i, rotation in enumerate(xsens.rotations) if i != index]
         refit = fit_gyroscope(xsens.holds, rest, accelerometer, "count").fit

@@ -8,9 +8,10 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
-from imucal_wizard.estimate.gyroscope import examined, gyroscope_experiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.measurement.holds import Collected, Rotation
 from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Terms
@@ -29,7 +30,7 @@ def _closures(plain: FitReport, matrix: FloatArray, bias: FloatArray) -> FloatAr
     """Closure of each rotation of the session under some calibration, rad."""
     accelerometer = fit_accelerometer(plain.holds, STANDARD_GRAVITY, "m/s^2")
     rotations = examined(plain.rotations)
-    experiment = gyroscope_experiment(plain.holds, rotations, accelerometer, "rad/s")
+    experiment = gyroscope_minimum(plain.holds, rotations, accelerometer, "rad/s").experiment
     rows = experiment.closure.at(Parameters(matrix, bias), Terms("gyroscope", ()))
     return np.asarray(np.linalg.norm(rows.residual.reshape(-1, 2), axis=1))
 

@@ -119,6 +119,7 @@ def test_its_standard_errors_are_true() -> None:
     assert np.abs(biases).max() < 4.0
 
 
+@pytest.mark.study
 def test_what_the_hand_does_is_not_laid_on_the_model() -> None:
     """The floor counts it, the verdict finds nothing missing, and a warning says how many."""
     for seed in SEEDS:

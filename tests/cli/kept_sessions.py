@@ -12,6 +12,8 @@ from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin_session
+from imucal_wizard.sessions import SessionInfo
+from imucal_wizard.sessions.catalogue import Catalogue
 from imucal_wizard.simulate.recording import simulate_recording
 
 Orders = Mapping[float, tuple[str, ...]]
@@ -27,6 +29,12 @@ def printed() -> bytes:
         path = Path(folder) / "a.csv"
         simulate_recording(path, rate=25.0, rotations=1, hold=3.0)
         return path.read_bytes()
+
+
+def listed(folder: Path) -> list[SessionInfo]:
+    """The sessions of a folder, newest first."""
+    with Catalogue(folder) as catalogue:
+        return catalogue.sessions()
 
 
 def procedure() -> Procedure:

@@ -2,14 +2,18 @@
 
 import errno
 import os
+import resource
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from imucal_wizard.cli.main import main
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import PlaceError, SessionError, UsageError
 from imucal_wizard.core.output import replacing, write_atomically
+from imucal_wizard.sessions import Session
 
 
 def test_a_file_is_replaced_with_its_mode_and_nothing_lies_beside_it(tmp_path: Path) -> None:
@@ -43,10 +47,41 @@ def test_a_full_disk_leaves_the_old_file_and_names_the_cause(tmp_path: Path) -> 
             file.write(b"half")
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    with pytest.raises(UsageError, match="No space left on device"):
+    with pytest.raises(UsageError, match="the disk is full"):
         fill()
     assert place.read_text() == "old"
     assert list(tmp_path.iterdir()) == [place]
+
+
+@contextmanager
+def size_limit(size: int) -> Iterator[None]:
+    """No file can become larger than this, bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_limit_of_the_size_is_named_for_a_result_and_for_a_session(tmp_path: Path) -> None:
+    with size_limit(100_000):
+        with pytest.raises(PlaceError, match="the limit of the size of a file is reached"):
+            write_atomically(tmp_path / "cal.json", bytes(200_000))
+        with pytest.raises(SessionError, match="the limit of the size of a file is reached"):
+            too_long(tmp_path / "a.imucal")
+        with pytest.raises(SessionError, match="the limit of the size of a file is reached"):
+            Session.create(tmp_path / "b.imucal", {"much": "x" * 200_000})
+    assert not list(tmp_path.glob("*cal.json*"))
+    assert not list(tmp_path.glob("b.imucal*"))
+
+
+def too_long(path: Path) -> None:
+    """A session of 200 kB."""
+    session = Session.create(path, {})
+    for arrival in range(20):
+        session.write_raw(arrival, bytes(10_000))
+        session.commit()
 
 
 @pytest.mark.parametrize(

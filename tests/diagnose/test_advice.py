@@ -9,6 +9,7 @@ from imucal_wizard.core.poses import CORNERS, EDGES, FACES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.effect_text import difference_at_one_g
 from imucal_wizard.diagnose.next_poses import (
     brings,
     missing_directions,
@@ -17,7 +18,6 @@ from imucal_wizard.diagnose.next_poses import (
 )
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.verdict_text import difference_at_one_g
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.model.catalogue import effect
 from tests.diagnose.recordings import MG, fitted

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from benchmarks.could_be import elsewhere, one_magnetometer, one_unit
+from benchmarks.gyroscope_bound import DEVICES, Session, fitted
 from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import COLOURS
@@ -14,7 +15,9 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.estimate.accelerometer import accelerometer_experiment
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.model.rows.source import Parameters
 
 
 def test_fewer_poses_leave_more_open() -> None:
@@ -47,6 +50,22 @@ def test_angles_that_the_poses_do_not_determine_may_be_wrong() -> None:
     corrected = (readings - bench.fit.bias) @ bench.fit.matrix.T
     true = root_mean_square(np.linalg.norm(corrected, axis=1) - STANDARD_GRAVITY)
     assert true < (bench.look().could_be or 0.0) < 5.0 * true
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_gains_that_the_rotations_do_not_determine_may_be_wrong(seed: int) -> None:
+    """Those of z are left at their nominal values, as if nothing had turned about z."""
+    session = Session(DEVICES[0], seed)
+    every = fitted(*session.recorded(np.random.default_rng(seed)))
+    assert isinstance(every.experiment, GyroscopeExperiment)
+    few = every.experiment.moved(
+        Parameters(every.matrix, every.bias), (0, 1, 3, 4, 6, 7, 9, 10, 11)
+    )
+    bench = Bench("gyroscope", few)
+    wrong = bench.fit.matrix - session.gyroscope.matrix
+    # one column of gains, for turns of about a radian and two
+    true = float(np.linalg.norm(wrong))
+    assert true < (bench.look().could_be or 0.0) < 0.2
 
 
 @pytest.mark.study

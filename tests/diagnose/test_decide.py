@@ -57,6 +57,7 @@ def test_a_weak_second_family_does_not_spoil_the_first_name() -> None:
         (LackOfFit(1.6, 1e-6), Verdict.UNEXPLAINED),
         (LackOfFit(1.6, 1e-6, 2.6, 0.4, 1e-6), Verdict.COMPLETE),
         (LackOfFit(1.6, 1e-6, 1.1, 1e-4, 0.3), Verdict.UNEXPLAINED),
+        (LackOfFit(1.6, 1e-6, 0.4, 0.12, 0.9), Verdict.UNEXPLAINED),
         (LackOfFit(4.0, 0.0, 16.0, 0.4, 0.0), Verdict.NOT_REPEATABLE),
         (LackOfFit(4.0, 0.0, 4.0, 0.02, 0.05), Verdict.UNEXPLAINED),
     ],

@@ -18,7 +18,7 @@ from imucal_wizard.diagnose.views import pictures
 from imucal_wizard.estimate.accelerometer import accelerometer_experiment
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
-from imucal_wizard.report.calibration_file import sensor_record
+from imucal_wizard.report.calibration_record import sensor_record
 from tests.diagnose.recordings import MG
 
 SIGMA = 0.05

@@ -5,6 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.hidden_field.recording import Colour, record
+from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
+from benchmarks.hidden_field.strangers import Waves
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
@@ -12,6 +15,8 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.magnetometer import TrueField
@@ -48,6 +53,19 @@ def test_the_angle_between_the_chips_is_in_the_model_and_no_suspect() -> None:
         bench.add("misalignment")
     with pytest.raises(UsageError, match="cannot be taken out"):
         bench.remove("misalignment")
+
+
+@pytest.mark.parametrize("plan", [STANDARD, REPEATED])
+def test_repeated_directions_tell_slow_noise_from_what_the_model_lacks(plan: Plan) -> None:
+    """Flicker noise of 0.01 µT scatters every visit; a smooth error only between directions."""
+    for extra, expected in ((None, Verdict.COMPLETE), (Waves(0.2), Verdict.UNEXPLAINED)):
+        rng = np.random.default_rng([950, 0])
+        data = record(session_of(plan, 950), Colour(floor=0.01), (), rng, extra=extra)
+        found = Bench("magnetometer", data, first=fit(data)).look()
+        assert found.opinion.verdict is expected
+    repeated = found.fit.repeatability
+    assert repeated is not None
+    assert repeated.freedom > 10
 
 
 def test_while_the_accelerometer_is_worked_on_the_magnetometers_effects_are_kept() -> None:
@@ -88,8 +106,9 @@ def test_a_hidden_effect_is_added_with_its_size_and_the_error_falls_to_the_noise
 def test_a_field_of_the_room_is_not_attributed_to_the_sensor() -> None:
     benches = tumbled("magnetometer/field-gradient:12:x")
     bench = field_bench(benches)
-    assert bench.look().opinion.verdict is Verdict.UNEXPLAINED
+    assert bench.look().opinion.verdict is Verdict.NOT_REPEATABLE
     said = diagnosis_of(benches, bench)
+    assert "The field differs from place to place" in verdict_text(said)
     assert all("one metre away" in pose.why for pose in said.next_poses)
     assert len(said.next_poses) == 6
 

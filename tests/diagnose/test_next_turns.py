@@ -92,3 +92,14 @@ def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(
         )
     )
     assert "6 more rotations" in told
+
+
+def test_where_rotations_do_not_fit_the_worst_ones_are_asked_for_again(
+    bench: Bench, findings: BenchFindings
+) -> None:
+    """A hold again says nothing of an error that only rotations show."""
+    asked, _ = next_requests(bench, findings, Verdict.UNEXPLAINED)
+    table = bench.rows
+    worst = int(np.argmax(np.where(table.moving, np.abs(table.residual / table.floor), 0.0)))
+    assert asked[0].why.startswith(f"rotation {table.index[worst] + 1} again")
+    assert {(one.axis, one.turns) for one in asked} == {("x", 1)}

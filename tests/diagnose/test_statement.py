@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import FACES
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.survey import (
@@ -72,6 +73,21 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
     for words in ("does not repeat", "90 % interval", "degrees of freedom", "off by chance"):
         assert words in said.says
     assert said.next_poses
+
+
+def test_repeats_that_an_effect_nearly_explains_are_not_called_chance() -> None:
+    """The scale of x walks during the session, which a single step resembles."""
+    walk = 0.1 * MG * np.cumsum(np.random.default_rng(5).standard_normal(60))
+    report, _ = fitted(poses="26+repeats", seed=5)
+    walked = moved(
+        report,
+        lambda k, hold: along(hold, walk[k] * (hold.accelerometer[0] / STANDARD_GRAVITY) ** 2),
+    )
+    said = diagnose_benches(Benches(walked), {}, automatic=True)[0]
+    assert said.verdict is Verdict.NOT_REPEATABLE
+    assert "probably scale-step" in said.says
+    assert "which follows the time, but that is not certain yet" in said.says
+    assert "chance" not in said.says
 
 
 def test_what_a_missing_effect_spoils_is_not_blamed_on_the_seat() -> None:

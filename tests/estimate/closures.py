@@ -40,7 +40,8 @@ def headings(by_gravity: GravityClosure, by_field: GravityClosure) -> FieldClosu
     spans = np.zeros((len(numbers), 2))
     labels = RowLabels(numbers, numbers, numbers, numbers, spans[:, 0], spans, numbers * 0)
     holds = np.column_stack([numbers, numbers + 1])
-    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels)
+    steady = np.zeros((3, int(holds.max()) + 1, 3))
+    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels, steady)
 
 
 def closed(source: GravityClosure, matrix: FloatArray, bias: FloatArray) -> ClosureRows:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.gyroscope import gyroscope_experiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
 from tests.estimate.truth import Motion, Truth, even_directions, hold, turn
@@ -34,7 +34,7 @@ class Turned:
     def fit(self) -> SensorFit:
         """The nine gains and the biases from a start that assumes nothing."""
         known = exact_accelerometer(self.reference)
-        return fit(gyroscope_experiment(self.holds, self.rotations, known, self.unit))
+        return fit(gyroscope_minimum(self.holds, self.rotations, known, self.unit).experiment)
 
     def only(self, rows: Sequence[int]) -> "Turned":
         """Some of the rotations."""

@@ -7,8 +7,9 @@ import pytest
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fit import Minimum, minimum
-from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, gyroscope_experiment
+from imucal_wizard.estimate.gauss_newton import Minimum, minimum
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.model.rows.gravity_closure import ClosureRows
 from tests.estimate.motions import Turned, exact_accelerometer, experiment, hand_turns
 from tests.estimate.truth import typical_gyroscope
@@ -51,7 +52,7 @@ def test_the_uncertainty_of_the_frame_is_in_the_covariance() -> None:
 
 def _found(data: Turned, variance: FloatArray | None = None) -> Minimum[GyroscopeExperiment]:
     known = exact_accelerometer(data.reference)
-    fitted = gyroscope_experiment(data.holds, data.rotations, known, data.unit)
+    fitted = gyroscope_minimum(data.holds, data.rotations, known, data.unit).experiment
     return minimum(fitted, variance=variance)
 
 

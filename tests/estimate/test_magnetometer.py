@@ -105,6 +105,37 @@ def test_without_a_field_the_determinant_is_one_and_the_matrix_symmetric() -> No
     assert abs(field.value - TRUE["field"]) < 4.0 * (field.standard_error or 0.0)
 
 
+def test_a_field_that_drifts_weighs_the_rows_and_is_no_noise_of_the_samples() -> None:
+    """By a tenth of a per cent in a random walk: the floor stays, the interval held out widens."""
+    rng = np.random.default_rng(11)
+    directions = six_circles(rng, 10.0)
+    walk = np.cumsum(rng.standard_normal(len(directions))) / np.sqrt(len(directions))
+    drift = 3.0 * directions * (walk - walk.mean())[:, None]
+    still, moved = (
+        fit_magnetometer(recorded(directions, np.random.default_rng(12), extra=extra).series).fit
+        for extra in (0.0, drift)
+    )
+    (low, high), (narrow, wide) = (
+        still.held_out_interval or (0, 0),
+        moved.held_out_interval or (0, 0),
+    )
+    assert wide / narrow > 1.1 * high / low
+    assert moved.floor == pytest.approx(still.floor, rel=0.05)
+    assert np.linalg.det(moved.matrix) == pytest.approx(1.0, abs=1e-8)
+
+
+def test_the_report_says_whether_slow_noise_was_measured() -> None:
+    """One circle after the other takes most of a drift for soft iron; circles again show it."""
+    rng = np.random.default_rng(13)
+    once, again = six_circles(rng, 5.0), six_circles(rng, 5.0)
+    fit = fit_magnetometer(recorded(once, rng).series).fit
+    assert fit.slow_noise_measured is False
+    assert "same directions again" in fit.slow_noise_note
+    assert fit_magnetometer(
+        recorded(np.concatenate([once, again]), rng).series
+    ).fit.slow_noise_measured
+
+
 def test_corrected_readings_point_where_the_field_points() -> None:
     """Up to the rotation that no magnitude shows: here none, since figure 7 is symmetric."""
     rng = np.random.default_rng(3)

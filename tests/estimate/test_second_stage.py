@@ -1,13 +1,17 @@
 """The formulas of the second stage one by one: closures, clocks, dip and heading."""
 
+import itertools
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quaternions import rotation_vector
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.second_stage import clock_offset as clock
-from imucal_wizard.estimate.second_stage.alignment import align
+from imucal_wizard.estimate.second_stage.alignment import align, leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.heading import heading, heading_error, turned
 from imucal_wizard.model.rows.field_closure import FieldClosure
@@ -70,6 +74,33 @@ def test_the_slopes_of_the_heading_are_the_numeric_ones() -> None:
         )
         slope = (ahead.residual - behind.residual) / 2e-6
         assert columns[:, index] == pytest.approx(slope, abs=0.02 * np.abs(columns).max())
+
+
+def test_an_error_of_the_accelerometer_moves_headings_as_aligning_anew_does() -> None:
+    """Up is wrong by one skewed axis; the magnetometer is aligned to up as it was and as it is."""
+    rng = np.random.default_rng(5)
+    up, field = _fields(rng, 10, np.radians(60.0))
+    time, turns = np.arange(0.0, 1.2, 1.0 / RATE), []
+    for one, two in itertools.pairwise(zip(up, field, strict=True)):
+        turn = Attitude.align_vectors(np.array(one), np.array(two), weights=[1.0, 1.0])[0]
+        turns.append(np.tile(turn.as_rotvec() / time[-1], (len(time), 1)))
+
+    def data(up: FloatArray, field: FloatArray) -> FieldClosure:
+        by_gravity = closures([time] * 9, turns, up[:-1], up[1:])
+        return headings(by_gravity, closures([time] * 9, turns, field[:-1], field[1:]))
+
+    skewed = up[:, 1:2] * np.array([1.0, 0.0, 0.0])
+    doubt = skewed - up * (up * skewed).sum(axis=1)[:, None]
+    small = 1e-5
+    ahead, behind = (
+        turned_at(data(moved, field @ align(moved, field).rotation.T), np.eye(3), np.zeros(3))
+        for moved in (unit_vectors(up + sign * small * doubt) for sign in (1.0, -1.0))
+    )
+    doubted = replace(data(up, field), leaning=leaning(up, field)).doubting(doubt[:, :, None], 1)
+    column = turned_at(doubted, np.eye(3), np.zeros(3)).shared_columns()[:, 0]
+    slope = (ahead.residual - behind.residual) / (2.0 * small)
+    assert column == pytest.approx(slope, abs=1e-3 * np.abs(slope).max())
+    assert doubted.undetermined == doubted.shared == ("accelerometer_0",)
 
 
 def _passage(rng: np.random.Generator, offset: float, noise: float) -> Passage:

@@ -2,10 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from benchmarks.gyroscope_bound import DEVICES, Session, fitted
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import fit_accelerometer
@@ -20,6 +22,7 @@ from imucal_wizard.estimate.slow_noise import (
     averaged,
     in_session,
     long_rest,
+    slow_errors,
     slow_rate,
     walked,
 )
@@ -87,6 +90,21 @@ def test_white_errors_have_the_intervals_of_least_squares() -> None:
     assert np.diag(total) == pytest.approx(np.full(2, 1.0 / 12.0 * 0.94), rel=0.1)
 
 
+def test_slow_errors_weigh_holds_only_where_they_are_likely() -> None:
+    """The mean of sixty holds of the field's magnitude: white errors weigh as they did."""
+    rng, spans, ones = np.random.default_rng(9), _regular(60), np.ones((60, 1))
+    for errors, few in (
+        (rng.standard_normal(60), True),
+        (np.cumsum(rng.standard_normal(60)), False),
+    ):
+        left = errors - errors.mean()
+        alike = np.ones((60, 60))
+        fitted = Fitted(left, ones, np.ones(60), alike, ones.T / 60.0, np.ones(60))
+        found = slow_errors(spans, [fitted], False)
+        assert found is not None
+        assert (found.loading(np.ones(60)).shape[1] == 0) is few
+
+
 def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
     """Ninety seconds under three sizes of a random walk: the true one of five is the likeliest."""
     rng, sizes = np.random.default_rng(8), np.array([0.0, 1.0, 10.0, 100.0, 1000.0])
@@ -95,10 +113,27 @@ def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
         steps = np.sqrt(true / 50.0) * rng.standard_normal((4500, 3))
         values = np.cumsum(steps, axis=0) + rng.standard_normal((4500, 3))
         series = Series(time, values, "m/s^2")
-        rest = long_rest(series, [hold(values.mean(axis=0), 0.0, 90.0)], 1.0)
+        rest = long_rest(series, [hold(values.mean(axis=0), 0.0, 90.0)], np.eye(3))
         assert rest is not None
-        assert sizes[rest.evidence(walked, sizes).argmax()] == true
-    assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], 1.0) is None
+        assert sizes[rest.evidence(walked, sizes, slice(None)).argmax()] == true
+    assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], np.eye(3)) is None
+
+
+def test_a_long_rest_tells_how_much_of_the_scatter_of_rests_is_slow() -> None:
+    """The same holds and rotations, by a long rest that wanders as they scatter or does not."""
+    device = next(one for one in DEVICES if "2 min rest" in one.name)
+    session, rng = Session(replace(device, jitter=0.01), 3), np.random.default_rng(3)
+    calm = np.zeros_like(session.wandering(rng))
+    holds, rotations = session.recorded(rng, slow=calm)
+    errors = []
+    for slow in (calm, session.wandering(rng)):
+        rest, readings = session.rested(rng, slow)
+        known = fit_accelerometer([*holds, rest], STANDARD_GRAVITY, "m/s^2", readings=readings)
+        found = fitted([*holds, rest], rotations, known, readings)
+        assert found.covariance is not None
+        errors.append(np.sqrt(np.diag(found.covariance)[9:].mean()))
+    # the scatter of independent holds averages out, that of slow noise hardly
+    assert errors[1] > 1.3 * errors[0]
 
 
 def test_without_noise_nothing_is_known_of_it() -> None:

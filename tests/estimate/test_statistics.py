@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
+from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
-from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise
+from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise, rest_of
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
+from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, hold_from
+from imucal_wizard.model.rows.source import Parameters
 from tests.estimate.truth import EIGHTEEN, even_directions, hold, tilted
 
 
@@ -86,6 +89,34 @@ def test_holds_in_which_the_device_swayed_are_as_quiet_along_gravity(swaying: in
     assert along == pytest.approx(np.ones(len(holds)), rel=0.15)
     assert across[swaying:] == pytest.approx(np.ones(len(holds) - swaying), rel=0.15)
     assert (across[:swaying] > 3.0).all()
+
+
+def test_the_gyroscope_carries_the_mean_direction_of_a_swaying_hold_to_its_ends() -> None:
+    """A hold that turns about z by a wave and a drift; true angles beside what the rates tell."""
+    time = np.arange(600) / 100.0
+    angle = np.radians(0.3 * np.sin(2.0 * time) + 0.05 * time)
+    rate = np.zeros((600, 3))
+    rate[:, 2] = 0.1 + np.gradient(angle, time)
+    force = 9.81 * np.column_stack([np.cos(angle), -np.sin(angle), np.zeros(600)])
+    readings = Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+    found = hold_from(BlockCutter(100.0).feed(readings))
+    turned = RotationSet(
+        samples=rotation_samples([time[-5:] + 0.01, time[:5] - 0.01], [rate[-5:], rate[:5]]),
+        usable=np.arange(2),
+        before=np.array([0, 1]),
+        after=np.array([1, 0]),
+        up=None,
+        rounding=np.zeros(3),
+    )
+    calm = replace(found, gyroscope_turn=None)
+    rest = replace(rest_of([found, calm], np.eye(3)), carried=np.array([True, False]))
+    start = Parameters(np.eye(3), np.array([0.0, 0.0, 0.1]))
+    before, after = turned.turned_inside([found, calm], rest, start)
+    # the rotations begin 0.04 s before the end of the hold and end 0.03 s after its start
+    expected = angle[-5] - angle.mean(), angle[4] - angle.mean()
+    assert (before[0, 2], after[1, 2]) == pytest.approx(expected, abs=np.radians(0.01))
+    assert not before[1].any()
+    assert not after[0].any()
 
 
 def _sampled(sigma: float, seconds: float, rng: np.random.Generator, smooth: int = 1) -> Hold:

@@ -21,6 +21,7 @@ POSES, CIRCLES = "26 poses of 3 s", "six circles at 25 Hz"
         (POSES, "white", TEN_BITS),
         (POSES, "0.05 µT from pose to pose", 1.0),
         (CIRCLES, "0.05 µT from pose to pose", 1.0),
+        (CIRCLES, "random walk 0.02 µT/√s", 1.0),
     ],
 )
 def test_intervals_hold_the_truth_where_samples_share_their_errors(

@@ -4,6 +4,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import requests_to_text
 from tests.guide.device import RATE, Device, kinds, machine_at, pose_asked, texts
@@ -208,7 +209,7 @@ def test_an_unknown_command_says_which_there_are(name: str, argument: str) -> No
         StateMachine(rate=RATE).command(name, argument)
 
 
-@pytest.mark.parametrize("step", list(StepKind))
+@pytest.mark.parametrize("step", [*Procedure().kinds, StepKind.MORE])
 @pytest.mark.parametrize(
     "name",
     ["start", "skip", "undo", "repeat", "back", "loosen", "take", "remeasure", "validate", "end"],
@@ -233,3 +234,21 @@ def test_every_command_is_safe_in_every_step(step: StepKind, name: str) -> None:
     machine.command("goto", "up-down")
     machine.feed(device.shake(1.0).hold("-z").taken())
     assert "-z" in machine.status().done
+
+
+@pytest.mark.parametrize("step", [one.kind for one in RECHECK_STEPS])
+@pytest.mark.parametrize("name", ["undo", "back", "save", "end"])
+def test_every_command_is_safe_in_a_recheck(step: StepKind, name: str) -> None:
+    device = Device()
+    machine = StateMachine(Procedure(RECHECK_STEPS), rate=RATE)
+    machine.command("start")
+    machine.feed(device.rest(8.0).taken())
+    machine.command("goto", step)
+    machine.command(name)
+    machine.feed(device.rest(1.0).hold("+x+y+z").shake(1.0).taken())
+    machine.command(name)
+    machine.feed(device.hold("+y").taken())
+    machine.flush()
+    machine.command("goto", "recheck")
+    machine.feed(device.shake(1.0).hold("-z").taken())
+    assert "-z" in {hold.pose for hold in machine.collected().holds}

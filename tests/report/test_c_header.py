@@ -130,6 +130,6 @@ def test_an_effect_that_nothing_here_knows_is_refused_and_nothing_written(tmp_pa
     unknown = SavedEffect("mine", "accelerometer", "k x", ["x"], [1.0], "mg")
     sensor = msgspec.structs.replace(sensor, effects=[unknown])
     alone = msgspec.structs.replace(made, sensors={"accelerometer": sensor})
-    with pytest.raises(UsageError, match="there is no effect 'mine'"):
+    with pytest.raises(UsageError, match="has the effect 'mine', which is none of this program"):
         write_export(alone, "c-header", tmp_path / "c.h")
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,8 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.recording import fit_readings
-from imucal_wizard.report.calibration_file import Sensor, from_report, sensor_record
+from imucal_wizard.report.calibration_file import Sensor
+from imucal_wizard.report.calibration_record import from_report, sensor_record
 from tests.diagnose.recordings import MG, fitted, tumbled
 
 

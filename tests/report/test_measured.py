@@ -10,7 +10,8 @@ from imucal_wizard.core.attitude import Attitudes, rotation_samples
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.report.calibration_file import Calibration, from_report
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_record import from_report
 from imucal_wizard.report.measured import increments_of
 from tests.diagnose.recordings import fitted, tumbled
 

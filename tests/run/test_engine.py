@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings, Series
@@ -16,7 +15,7 @@ from imucal_wizard.guide.plan import standard
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin_session
-from imucal_wizard.sessions import Session
+from imucal_wizard.sessions import KeptSession, Session
 from tests.acquire.streams import HEADER, at_rest, contract, printed
 from tests.run.performance import pieces, recorded, same, settings
 
@@ -196,7 +195,8 @@ def test_steps_holds_and_events_are_in_the_session(tmp_path: Path) -> None:
     assert (about["step"], about["setup"]["format"]) == ("result", "csv")
     assert count == len(engine.collected().holds)
     assert {"hold-taken", "rotation-taken", "step-done"} <= kinds
-    assert b"".join(data for _, data in session_file.read_setup_and_pieces(path)[1]) == recorded()
+    with KeptSession.look(path) as kept:
+        assert b"".join(data for *_, data in kept.raw()) == recorded()
 
 
 @pytest.mark.parametrize(("unit", "limit"), [("rad/s", 500.0), ("count", None)])

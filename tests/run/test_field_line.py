@@ -57,6 +57,7 @@ def _to_the_result(path: Path, speed: float) -> tuple[bytes, Collected]:
         return b"".join(piece for _, _, piece in session.raw()), collected
 
 
+@pytest.mark.study
 def test_the_hand_turns_all_six_circles_and_two_speeds_give_the_same(tmp_path: Path) -> None:
     slow, fast = (_to_the_result(tmp_path / f"{speed}.imucal", speed) for speed in (40.0, FAST))
     assert slow[0] == fast[0]

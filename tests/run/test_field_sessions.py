@@ -99,20 +99,21 @@ def performed() -> tuple[Engine, bytes]:
 KILLED = """
 import os, signal, sys, time
 from pathlib import Path
-from imucal_wizard.sessions.session import COMMIT_SECONDS
+from imucal_wizard.run.journal import COMMIT_SECONDS
 from imucal_wizard.run.session_replay import begin_session
 from tests.run.test_field_sessions import feed, settings
 engine = begin_session(Path(sys.argv[1]), None, settings())
 engine.command("start")
 cut = int(sys.argv[2])
 feed(engine, 0, cut - 10)
-time.sleep(COMMIT_SECONDS)  # as slow as a device: what came before is on the disk by now
+time.sleep(2.0 * COMMIT_SECONDS)  # as slow as a device: what came before is on the disk by now
 feed(engine, cut - 10, cut)
 print(engine.status().step, flush=True)
 os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
+@pytest.mark.study
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no SIGKILL on this system")
 def test_killed_in_the_middle_of_a_circle_it_goes_on_there(tmp_path: Path) -> None:
     """At most what came in the last half second is lost; the end is the same as without it."""
@@ -173,6 +174,7 @@ def test_a_step_begun_again_counts_only_from_there(tmp_path: Path) -> None:
     assert again.field_spans[0][0] >= before.field_spans[-1][1]
 
 
+@pytest.mark.study
 def test_a_recording_replayed_ends_with_the_magnetometer_of_its_fit(tmp_path: Path) -> None:
     """Through the step to the result by itself; hard and soft iron within the standard errors."""
     path = tmp_path / "performed.csv"

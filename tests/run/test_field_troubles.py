@@ -131,6 +131,7 @@ def test_a_magnetometer_that_falls_silent_is_missed_at_once() -> None:
     assert made.snapshot().stream.problem == ""
 
 
+@pytest.mark.study
 def test_a_disturbance_while_turning_is_left_out_with_its_time() -> None:
     """Steel passes for three seconds; the calibration is none the worse."""
 

@@ -1,172 +1,244 @@
-"""A disk that is full for a while: nothing measured is lost as long as the program runs."""
+"""What is told is on the disk, and the disk changes nothing but when it is told."""
 
+import functools
+import sqlite3
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import settings as examples
+from hypothesis import strategies as st
 
 from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.core.errors import SessionError
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run import journal
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.journal import WRITE_RETRY_SECONDS, Journal
-from imucal_wizard.run.procedure_settings import ProcedureSettings
+from imucal_wizard.run.journal import Journal
+from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import SessionReplay
-from imucal_wizard.sessions import Session
-from tests.acquire.streams import contract
+from imucal_wizard.run.snapshot import Snapshot
+from imucal_wizard.sessions import KeptSession, Session
+from imucal_wizard.simulate.imu import VirtualImu
 from tests.run.performance import pieces, recorded, same, settings
+from tests.waiting import wait_for
+
+PIECE = 8000
 
 
-class _Clock:
-    """Seconds that pass when the test says so, and a little whenever somebody looks."""
+class SlowSession(Session):
+    """A session on a disk that needs some time for each commit."""
 
-    def __init__(self) -> None:
-        self.now = 0.0
-        self.look = 0.0
+    delay: Callable[[], float] = staticmethod(lambda: 0.0)
 
-    def __call__(self) -> float:
-        """The time."""
-        self.now += self.look
-        return self.now
+    def commit(self) -> None:
+        """Commit after the delay."""
+        time.sleep(self.delay())
+        super().commit()
 
 
-class _Disk:
-    """A session on a disk that can be filled and cleared."""
-
-    def __init__(self, path: Path) -> None:
-        self.clock = _Clock()
-        about = {"asked": StreamSetup().to_json(), "settings": settings().to_json()}
-        self.session = Session.create(path, about, clock=self.clock)
-        self.journal = Journal(self.session, self.clock)
-
-    def fill(self) -> None:
-        """The file may not grow by a page."""
-        self._limit(self._pages("page_count"))
-
-    def leave(self, pages: int) -> None:
-        """The file may grow by a few pages yet."""
-        self._limit(self._pages("page_count") + pages)
-
-    def clear(self) -> None:
-        """There is room again."""
-        self._limit(1 << 30)
-
-    def _limit(self, pages: int) -> None:
-        self.session._connection.execute(f"PRAGMA max_page_count = {pages}")
-
-    def _pages(self, what: str) -> int:
-        return int(self.session._connection.execute(f"PRAGMA {what}").fetchone()[0])
+def session(path: Path, delay: Callable[[], float] | None = None) -> SlowSession:
+    """A new session, which replays with the settings of the performance."""
+    about = {"asked": StreamSetup().to_json(), "settings": settings().to_json(), "created": 0.0}
+    made = SlowSession.create(path, about)
+    assert isinstance(made, SlowSession)
+    if delay is not None:
+        made.delay = delay
+    return made
 
 
-def _performed(disk: _Disk, full: range, step: ProcedureSettings) -> Engine:
-    """A whole procedure during which the disk is full for some of the pieces."""
-    engine = Engine(settings=step, journal=disk.journal)
+def perform(engine: Engine, look: Callable[[Snapshot], None]) -> None:
+    """A procedure in which a hold is taken back; a screen looks after each piece."""
     engine.command("start")
-    for number, (arrival, data) in enumerate(pieces(recorded(), 2500)):
-        if number == full.start:
-            disk.fill()
-        if number == full.stop:
-            disk.clear()
-        disk.clock.now += 0.3
+    for number, (arrival, data) in enumerate(pieces(recorded(), PIECE)):
+        if number == 20:
+            engine.command("undo")
         engine.receive(data, arrival)
+        look(engine.snapshot())
+    engine.command("goto", "result")
+    look(engine.snapshot())
+
+
+@functools.cache
+def undisturbed() -> Engine:
+    """The same without a session."""
+    engine = Engine(settings=settings())
+    perform(engine, lambda _: None)
     return engine
 
 
-def test_what_came_while_the_disk_was_full_is_written_when_there_is_room(tmp_path: Path) -> None:
-    path = tmp_path / "a.imucal"
-    disk = _Disk(path)
-    engine = _performed(disk, range(40, 90), settings())
-    kinds = [event.kind for event in engine.snapshot().events]
-    assert EventKind.WRITTEN_AGAIN in kinds
-    assert engine.snapshot().stream.problem == ""
+def on_disk(path: Path) -> tuple[int, int, str]:
+    """Number of events and commands in the file and the step, as another program reads them."""
+    with closing(sqlite3.connect(path)) as connection:
+        events, commands = (
+            int(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])  # noqa: S608 - two names
+            for table in ("event", "command")
+        )
+        row = connection.execute("SELECT value FROM meta WHERE key = 'step'").fetchone()
+    return events, commands, "" if row is None else row[0].strip('"')
+
+
+def replayed(path: Path) -> Collected:
+    """The measurements of a session file, from its bytes and commands."""
+    with KeptSession.look(path) as kept:
+        past = SessionReplay(kept)
+        engine = past.engine()
+        past.replay(engine)
+    return engine.collected()
+
+
+@examples(max_examples=3, deadline=None)
+@given(delays=st.lists(st.floats(0.0, 0.2), min_size=1, max_size=20), seed=st.integers(0, 99))
+def test_a_slow_disk_changes_no_hold_and_nothing_is_told_before_its_commit(
+    tmp_path_factory: pytest.TempPathFactory, delays: list[float], seed: int
+) -> None:
+    path = tmp_path_factory.mktemp("slow") / f"{seed}.imucal"
+    left = iter(delays * 1000)
+    engine = Engine(settings=settings(), journal=Journal(session(path, lambda: next(left))))
+
+    def look(shown: Snapshot) -> None:
+        events, _, _ = on_disk(path)
+        assert shown.event_count <= events
+
+    perform(engine, look)
     engine.close()
-    with Session.open(path) as session:
-        assert b"".join(data for _, _, data in session.raw()) == recorded()
-        past = SessionReplay(session)
-        again = past.engine()
-        past.replay(again)
-        count = session._connection.execute("SELECT count(*) FROM hold").fetchone()[0]
-    assert same(again.collected(), engine.collected())
-    assert count == len(engine.collected().holds)
+    events, commands, step = on_disk(path)
+    assert (commands, step) == (3, "result")
+    assert engine.snapshot().event_count == events == undisturbed().snapshot().event_count
+    assert engine.snapshot().events == undisturbed().snapshot().events
+    assert same(engine.collected(), undisturbed().collected())
+    assert same(replayed(path), undisturbed().collected())
 
 
-def test_a_full_disk_is_said_at_once_and_does_not_stop_the_measuring(tmp_path: Path) -> None:
-    disk = _Disk(tmp_path / "a.imucal")
-    engine = Engine(journal=disk.journal)
-    disk.fill()
-    data = contract(600)
-    for start in range(0, len(data), 5000):
-        engine.receive(data[start : start + 5000], start / 8000)
-    stream = engine.snapshot().stream
-    assert "the disk is full" in stream.problem
-    assert "tried again every 5 s" in stream.problem
-    assert stream.unwritten
-    assert stream.samples == 600
-    assert [event.kind for event in engine.snapshot().events].count(EventKind.WARNING) == 1
+def test_the_screen_keeps_the_status_before_until_the_disk_has_the_hold(tmp_path: Path) -> None:
+    """A disk that stands still holds back every decision, and nothing else."""
+    moves = threading.Event()
+    path = tmp_path / "a.imucal"
+    writer = Journal(session(path, lambda: 0.0 if moves.wait() else 1.0))
+    engine = Engine(settings=settings(), journal=writer)
+    seen: list[Snapshot] = []
+    perform(engine, seen.append)
+    assert engine.step is StepKind.RESULT
+    assert {one.status.step for one in seen} == {StepKind.SOURCE}
+    assert {(one.event_count, one.status.holds) for one in seen} == {(0, 0)}
+    assert seen[-1].stream.samples == engine.samples
+    assert seen[-1].traces.shape == undisturbed().snapshot().traces.shape
+    moves.set()
+    wait_for(lambda: writer.written == writer.passed)
+    assert engine.snapshot().status == undisturbed().snapshot().status
+    engine.close()
 
 
-def test_writing_is_retried_now_and_then_even_without_new_data(tmp_path: Path) -> None:
-    disk = _Disk(tmp_path / "a.imucal")
-    engine = Engine(journal=disk.journal)
-    disk.fill()
-    engine.receive(contract(600), 0.0)
-    disk.clear()
-    disk.clock.now += 0.9 * WRITE_RETRY_SECONDS
-    engine.idle(1.0)
-    assert engine.snapshot().stream.unwritten
-    disk.clock.now += 0.2 * WRITE_RETRY_SECONDS
-    engine.idle(2.0)
+def test_a_resumed_session_shows_where_it_was_left_while_the_disk_stands_still(
+    tmp_path: Path,
+) -> None:
+    moves = threading.Event()
+    engine, sent = Engine(settings=settings()), pieces(recorded(), PIECE)
+    engine.command("start")
+    for arrival, data in sent[: len(sent) // 2]:
+        engine.receive(data, arrival)
+    before = engine.status()
+    engine.continue_in(
+        Journal(session(tmp_path / "a.imucal", lambda: 0.0 if moves.wait() else 1.0))
+    )
+    for arrival, data in sent[len(sent) // 2 :]:
+        engine.receive(data, arrival)
+    assert engine.status().holds > before.holds > 0
+    assert engine.snapshot().status.holds == before.holds
+    moves.set()
+    wait_for(lambda: engine.snapshot().status.holds > before.holds)
+    engine.close()
+
+
+def test_the_operator_is_told_what_the_screen_waits_for(tmp_path: Path) -> None:
+    moves, now = threading.Event(), [0.0]
+    slow = session(tmp_path / "a.imucal", lambda: 0.0 if moves.wait() else 1.0)
+    engine = Engine(journal=Journal(slow, lambda: now[0]))
+    engine.receive(b"1,2,3\n", 0.0)
+    assert engine.snapshot().stream.problem == ""
+    now[0] = 3.0
+    engine.idle(0.1)
+    engine.receive(b"1,2,3\n", 0.2)
+    assert "the session is waiting for the disk for 3 s" in engine.snapshot().stream.problem
+    moves.set()
+    engine.close()
     assert engine.snapshot().stream.unwritten == ""
 
 
-def test_the_end_is_written_with_a_last_attempt_or_said_to_be_missing(tmp_path: Path) -> None:
-    for full in (False, True):
-        path = tmp_path / f"{full}.imucal"
-        disk = _Disk(path)
-        disk.fill()
-        disk.journal.raw(0.0, bytes(100_000))
-        assert disk.journal.problem
-        if not full:
-            disk.clear()
-        disk.journal.close()
-        assert bool(disk.journal.problem) == full
-        with Session.open(path) as session:
-            assert session.last_raw == (0 if full else 1)
+def test_a_full_disk_ends_the_run_and_all_of_it_is_written_to_another_place(
+    tmp_path: Path,
+) -> None:
+    path, other = tmp_path / "a.imucal", tmp_path / "elsewhere" / "b.imucal"
+    kept = session(path)
+    pages = kept._connection.execute("PRAGMA page_count").fetchone()[0]
+    kept._connection.execute(f"PRAGMA max_page_count = {pages + 30}")
+    engine = Engine(settings=settings(), journal=Journal(kept))
+    reader = Reader(VirtualImu(speed=30.0, seed=3, following=True), engine)
+    reader.start()
+    reader.command("start")
+    wait_for(lambda: reader.finished)
+    shown = reader.snapshot()
+    assert "the disk is full" in shown.stream.problem
+    assert "no longer being saved" in shown.stream.unwritten
+    assert shown.event_count <= on_disk(path)[0]
+    assert not shown.stream.connected
+    reader.rescue(other)
+    assert same(replayed(other), reader.collected())
+    with KeptSession.look(other) as whole, KeptSession.look(path) as part:
+        assert len(list(whole.raw())) > len(list(part.raw())) > 0
 
 
-def test_what_waits_in_memory_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(journal, "MAX_PENDING_BYTES", 1 << 18)
-    disk = _Disk(tmp_path / "a.imucal")
-    disk.fill()
-    for number in range(20):
-        disk.clock.now += WRITE_RETRY_SECONDS
-        disk.journal.raw(float(number), bytes(1 << 14))
-    assert "no longer being saved" in disk.journal.problem
-    disk.clear()
-    disk.clock.now += WRITE_RETRY_SECONDS
-    disk.journal.raw(20.0, b"late")
-    assert "no longer being saved" in disk.journal.problem
+def test_a_disk_that_cannot_keep_up_has_failed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(journal, "MAX_WAITING_BYTES", 1 << 16)
+    moves = threading.Event()
+    writer = Journal(session(tmp_path / "a.imucal", lambda: 0.0 if moves.wait() else 1.0))
+    for number in range(17):
+        writer.raw(float(number), bytes(1 << 12))
+    with pytest.raises(SessionError, match="too slow"):
+        writer.raw(17.0, b"late")
+    writer.close()
+    assert "too slow" in writer.problem
+    moves.set()
 
 
-@pytest.mark.parametrize("look", [0.0, 0.1, 0.6])
-def test_a_disk_that_takes_a_part_gets_no_piece_twice(tmp_path: Path, look: float) -> None:
-    """What was committed in the middle of an attempt is not written once more by the next."""
+LEFT = """
+import sys, threading, time
+from pathlib import Path
+from imucal_wizard.run.session_replay import begin_session
+from imucal_wizard.sessions import Session
+commit = Session.commit
+engine = begin_session(Path(sys.argv[1]))
+Session.commit = lambda self: (time.sleep(0.5), commit(self))
+engine.command("start")
+engine.receive(b"the last bytes", 1.0)
+if sys.argv[2] == "closing":
+    threading.Thread(target=engine.close, daemon=True).start()
+"""
+
+
+@pytest.mark.parametrize("ends", ["closing", "without closing"])
+def test_a_program_that_ends_waits_for_the_last_commit(tmp_path: Path, ends: str) -> None:
     path = tmp_path / "a.imucal"
-    disk = _Disk(path)
-    disk.fill()
-    sent = [bytes([number]) * 3000 for number in range(60)]
-    for number, data in enumerate(sent):
-        disk.journal.raw(float(number), data)
-    assert disk.journal.problem
-    disk.clock.look = look
-    for room in (4, 11, 9):
-        disk.leave(room)
-        disk.clock.now += WRITE_RETRY_SECONDS
-        disk.journal.idle()
-        assert disk.journal.problem
-    disk.clear()
-    disk.clock.now += WRITE_RETRY_SECONDS
-    disk.journal.idle()
-    assert disk.journal.problem == ""
-    disk.journal.close()
-    with Session.open(path) as session:
-        assert [data for _, _, data in session.raw()] == sent
+    subprocess.run([sys.executable, "-c", LEFT, str(path), ends], check=True)
+    with Session.open(path) as kept:
+        assert [data for _, _, data in kept.raw()] == [b"the last bytes"]
+        assert [command.name for command in kept.commands()] == ["start"]
+
+
+def test_received_bytes_are_on_the_disk_without_a_decision(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    writer = Journal(session(path))
+    writer.raw(0.0, b"first")
+    wait_for(lambda: writer.written == writer.passed == 1)
+    with KeptSession.look(path) as kept:
+        assert [data for _, _, data in kept.raw()] == [b"first"]
+    writer.close()

@@ -21,8 +21,12 @@ pytestmark = pytest.mark.filterwarnings("ignore:set(Daemon|Name):DeprecationWarn
 
 @pytest.fixture
 def remote() -> Iterator[RemotePort]:
-    """The virtual IMU behind a server on this machine."""
-    with served_on_a_socket(VirtualImu(speed=10.0)) as url, RemotePort(url) as port:
+    """The virtual IMU behind a server on this machine.
+
+    pyserial takes the protocol apart byte by byte: a faster device fills the connection of a busy
+    machine before the speed is agreed on.
+    """
+    with served_on_a_socket(VirtualImu(speed=2.0)) as url, RemotePort(url) as port:
         yield port
 
 
@@ -30,14 +34,14 @@ def test_a_remote_device_is_read_decoded_lost_and_found_again(remote: RemotePort
     reader = Reader(Pump(Transport(remote.url)), Engine())
     reader.start()
     try:
-        wait_for(lambda: reader.snapshot().stream.samples >= 300)
+        wait_for(lambda: reader.snapshot().stream.samples >= 100)
         stream = reader.snapshot().stream
         assert (stream.connected, stream.problem, stream.malformed) == (True, "", 0)
         assert stream.rate == pytest.approx(100.0)
         remote.hang_up()
         wait_for(lambda: EventKind.LINK_BACK in [e.kind for e in reader.snapshot().events])
         seen = reader.snapshot().stream.samples
-        wait_for(lambda: reader.snapshot().stream.samples >= seen + 300)
+        wait_for(lambda: reader.snapshot().stream.samples >= seen + 100)
         assert reader.snapshot().stream.problem == ""
     finally:
         reader.stop()

@@ -36,5 +36,7 @@ def served_on_a_socket(imu: VirtualImu) -> Iterator[str]:
 
     with socket.create_server(("127.0.0.1", 0)) as server:
         threading.Thread(target=serve_one, args=(server,), daemon=True).start()
-        yield f"socket://127.0.0.1:{server.getsockname()[1]}"
-        stopping.set()
+        try:
+            yield f"socket://127.0.0.1:{server.getsockname()[1]}"
+        finally:
+            stopping.set()

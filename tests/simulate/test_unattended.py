@@ -12,7 +12,7 @@ import msgspec
 from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.report.calibration_file import from_report
+from imucal_wizard.report.calibration_record import from_report
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session

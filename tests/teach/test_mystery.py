@@ -1,11 +1,13 @@
 """An exercise hides one effect of realistic size and keeps it to itself until the key is given."""
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,9 +16,9 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.simulate.hidden import Hidden, parse_hidden
 from imucal_wizard.teach.draw import GRADE_NOISE, draw_effect, hidden_choices
-from imucal_wizard.teach.exercise import make_exercise, reveal, truth_in_words
+from imucal_wizard.teach.exercise import cover_answer, make_exercise, reveal, truth_in_words
 from imucal_wizard.teach.guess import Outcome, judge_guess, parse_guess
-from imucal_wizard.teach.seal import PADDED_BYTES, seal_text, unseal_text
+from imucal_wizard.teach.seal import PADDED_BYTES, lock_text, seal_text, unseal_text
 
 GRADES = tuple(GRADE_NOISE)
 
@@ -73,6 +75,46 @@ def test_what_is_sealed_opens_with_its_key_and_with_no_other(
         unseal_text(sealed, f"{key}?", rounds=10)
 
 
+def test_an_answer_opens_only_unchanged_and_only_with_its_key(
+    exercise: Path, tmp_path: Path
+) -> None:
+    """Every field is authenticated; the texts of two answers share nothing but their length."""
+    document = json.loads(exercise.read_text())
+    path = tmp_path / "changed.mystery"
+    for name in ("recording", "grade", "salt", "nonce", "sealed"):
+        value = document[name]
+        changed = {**document, name: ("1" if value[0] == "0" else "0") + value[1:]}
+        path.write_text(json.dumps(changed))
+        with pytest.raises(DataError, match="does not open it"):
+            reveal(path, "gimbal")
+    for key in ("Gimbal", "gimba", "", "gimbal?"):
+        with pytest.raises(DataError, match="does not open it"):
+            reveal(exercise, key)
+    texts = {lock_text(text, "k", "about", cost=16).text for text in ("", "a", "a" * 200)}
+    assert len({len(text) for text in texts}) == 1
+    assert len(texts) == 3
+
+
+def test_an_answer_is_scrypt_and_aes_gcm_as_the_standard_library_derives_the_key(
+    exercise: Path,
+) -> None:
+    found = json.loads(exercise.read_text())
+    salt, nonce, sealed = (bytes.fromhex(found[name]) for name in ("salt", "nonce", "sealed"))
+    key = hashlib.scrypt(b"gimbal", salt=salt, n=2**15, r=8, p=1, dklen=32, maxmem=2**26)
+    about = json.dumps(["imucal-wizard/mystery/2", found["recording"], found["grade"]])
+    plain = json.loads(AESGCM(key).decrypt(nonce, sealed, about.encode()))
+    assert plain["term"] == reveal(exercise, "gimbal").term
+
+
+def test_answers_of_earlier_versions_and_of_live_exercises_open(tmp_path: Path) -> None:
+    truth = parse_hidden("gyroscope/g-sensitivity:0.05:xy")
+    path = tmp_path / "old.mystery"
+    cover_answer(path, "a.csv", "consumer", truth, "newton")
+    assert json.loads(path.read_text())["schema"] == "imucal-wizard/mystery/1"
+    assert "not secret" in json.loads(path.read_text())["note"]
+    assert reveal(path, "newton") == truth
+
+
 def test_the_files_say_nothing_of_the_answer(exercise: Path) -> None:
     """Neither name, nor size, nor axis: of any effect, in either file."""
     truth = reveal(exercise, "gimbal")
@@ -83,7 +125,7 @@ def test_the_files_say_nothing_of_the_answer(exercise: Path) -> None:
         assert own[0].effect.name not in sealed + comments
     assert f"{truth.size:g}" not in comments
     assert set(json.loads(sealed)) == {
-        *("schema", "note", "recording", "grade", "salt", "digest", "sealed")
+        *("schema", "note", "recording", "grade", "salt", "nonce", "sealed")
     }
 
 

@@ -17,6 +17,7 @@ SEED = 3
 SPEED = 20
 STEPS = ("SETTLE", "UP/DOWN", "18 POSES", "ROTATIONS", "FIELD", "RESULT")
 END = "\x1b[F"
+HOME = "\x1b[H"
 FACES = ("+x", "−x", "+y", "−y", "+z", "−z")
 
 
@@ -33,7 +34,8 @@ def a_compass(binary: str, folder: Path) -> None:
         heading = _heading(terminal)
         _methods(terminal)
         terminal.press("s")
-        terminal.wait_for("▸SAVE")
+        terminal.wait_for("x export", 60.0)
+        terminal.press(HOME)
         terminal.wait_for(str(place)[:40])
         terminal.press("q")
         assert terminal.wait() == 0
@@ -60,7 +62,9 @@ def _circles(terminal: Terminal) -> int:
 
 
 def _result(terminal: Terminal) -> None:
-    terminal.wait_for("▸RESULT", 60.0)
+    terminal.wait_for("begins by itself", 60.0)
+    terminal.press(HOME)  # any key keeps the result on the screen
+    terminal.wait_for("v: validate")
     terminal.wait_for("limit 2.0 mg", 60.0)
     for text in ("magnetometer |m|", "iron that turns with it", "SECOND STAGE"):
         terminal.scroll_to(text)
@@ -75,7 +79,7 @@ def _heading(terminal: Terminal) -> str:
     found = re.search(r"after (\S+ ± \S+°)", text)
     assert found is not None, text
     terminal.press("h")
-    terminal.wait_for("c compare")  # the result has perhaps gone on to the next step by itself
+    terminal.wait_for("c compare")
     return found[1]
 
 

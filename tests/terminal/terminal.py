@@ -3,6 +3,7 @@
 import fcntl
 import os
 import pty
+import re
 import select
 import signal
 import struct
@@ -10,7 +11,7 @@ import sys
 import termios
 import time
 from collections.abc import Callable, Sequence
-from typing import Self
+from typing import Any, Self
 
 import pyte
 
@@ -41,6 +42,10 @@ class Terminal:
     ) -> None:
         self.screen = pyte.Screen(columns, rows)
         self.bells = 0
+        self.received = bytearray()
+        """Everything that the program has sent to the terminal."""
+        self.dead = False
+        """The keyboard is dead: what is typed or answered does not reach the program."""
         self._stream = pyte.ByteStream(self.screen)
         self._undrawn = b""
         self._status: int | None = None
@@ -62,9 +67,21 @@ class Terminal:
         """The screen as it stands, a line per row."""
         return "\n".join(line.rstrip() for line in self.screen.display)
 
+    @property
+    def settings(self) -> list[Any]:
+        """The terminal's settings, as ``stty`` shows them."""
+        return termios.tcgetattr(self._fd)
+
+    @property
+    def modes(self) -> dict[int, bool]:
+        """The modes that a program has set or reset, and whether they are on."""
+        found = re.findall(rb"\x1b\[\?([\d;]+)([hl])", bytes(self.received))
+        return {int(one): on == b"h" for numbers, on in found for one in numbers.split(b";")}
+
     def press(self, keys: str) -> None:
         """Type these characters."""
-        os.write(self._fd, keys.encode())
+        if not self.dead:
+            os.write(self._fd, keys.encode())
 
     def pump(self, seconds: float = 0.0) -> None:
         """Read what the program draws, for at most this long (at least one piece)."""
@@ -82,7 +99,8 @@ class Terminal:
                     self._undrawn = b""
                     return
                 self.bells += data.count(b"\x07")
-                if FRAMES_ASKED in data:
+                self.received += data
+                if FRAMES_ASKED in data and not self.dead:
                     os.write(self._fd, FRAMES_KNOWN)
                 self._draw(data)
             if left <= 0.0:
@@ -154,13 +172,19 @@ class Terminal:
                 return status
         raise AssertionError(f"the program still runs; its screen shows:\n{self.text}")
 
+    def hang_up(self) -> None:
+        """Take the terminal away from the program, as a window that is closed does."""
+        os.close(self._fd)
+        self._fd = -1
+
     def close(self) -> None:
         """End the program if it still runs, and the terminal."""
         if self.status() is None:
             os.kill(self.pid, signal.SIGKILL)
             os.waitpid(self.pid, 0)
             self._status = -signal.SIGKILL
-        os.close(self._fd)
+        if self._fd >= 0:
+            os.close(self._fd)
 
     def __enter__(self) -> Self:
         return self

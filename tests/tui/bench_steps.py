@@ -1,17 +1,25 @@
 """What a test does on the bench before it comes to its point."""
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from textual.pilot import Pilot
 
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.tui.run import BenchApp
+from imucal_wizard.tui.services import Saved
 from tests.tui.waiting import shows
 
 
-def app_with(benches: Benches) -> BenchApp:
+def nowhere(_place: Path | None) -> Saved:
+    """Where a test saves that writes no file."""
+    return Saved(Path("calibration.json"))
+
+
+def app_with(benches: Benches, save: Callable[[Path | None], Saved] = nowhere) -> BenchApp:
     """The bench alone."""
-    return BenchApp(lambda: benches)
+    return BenchApp(lambda: benches, save)
 
 
 async def ranked(pilot: Pilot[Any]) -> None:

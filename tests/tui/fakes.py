@@ -5,14 +5,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.poses import DIRECTIONS, EDGES, FACES
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.grade import Graded, graded
+from imucal_wizard.diagnose.recheck import Recheck
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import AxisComparison, FitReport, Parameter, SensorFit
@@ -27,8 +30,11 @@ from imucal_wizard.guide.state import (
     StillStatus,
 )
 from imucal_wizard.measurement.holds import Collected, Hold
+from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import Exported, ExportErrors, ExportTarget, targets
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
+from imucal_wizard.sessions.bench_draft import BenchDraft
+from imucal_wizard.sessions.history import DeviceHistory, KnownDevice
 from imucal_wizard.tui.services import Saved
 from imucal_wizard.tui.sources import SampleSource, SourceChoice
 
@@ -85,6 +91,7 @@ class FakeSource:
         self.finished = False
         self.events: tuple[Event, ...] = ()
         self.setups: list[StreamSetup] = []
+        self.description = Description()
         self.stream = stream
         self.say(status or Status())
 
@@ -118,11 +125,19 @@ class FakeSource:
         if name in following:
             self.say(replace(self.status, step=following[name]))
 
+    def describe(self, description: Description) -> None:
+        """Noted."""
+        self.description = description
+
     def set_setup(self, setup: StreamSetup) -> None:
         """Noted; then nothing must be asked any more."""
         self.setups.append(setup)
         self.stream = replace(self.stream, needs=())
         self.say(self.status)
+
+    def rescue(self, path: Path) -> None:
+        """Noted."""
+        self.commands.append(("rescue", str(path)))
 
     def collected(self) -> Collected:
         """Nothing."""
@@ -315,31 +330,54 @@ def exported() -> Exported:
     return Exported(*told, files=(path,), sensors=errors)
 
 
+def unreachable(*_: object) -> NoReturn:
+    """What no test here calls."""
+    raise AssertionError
+
+
 @dataclass
 class FakeServices:
     """Services that a test replaces one by one."""
 
     open_source: Callable[[SourceChoice], SampleSource]
     fit: Callable[[Collected, Snapshot], FitReport]
-    save: Callable[[FitReport, Benches | None], Saved]
+    save: Callable[[FitReport, Benches | None, Path | None], Saved]
     compare: Callable[[FitReport, Collected, Snapshot], Sequence[MethodRow]]
     ports: Callable[[], Sequence[SourceChoice]] = tuple
     earlier: Callable[[], Sequence[SourceChoice]] = tuple
+    devices: Callable[[], Sequence[KnownDevice]] = tuple
+    history: Callable[[KnownDevice], DeviceHistory] = lambda device: DeviceHistory(
+        device, (), (), ()
+    )
+    description: Description = field(default_factory=Description)
     benches: Callable[[FitReport, Benches | None], Benches] = lambda report, before: Benches(
         report, before=before
     )
+    draft: Callable[[], BenchDraft] = lambda: BenchDraft(())
     diagnose: Callable[[Benches], Mapping[str, Diagnosis]] = lambda _benches: diagnoses()
     grades: Callable[[FitReport, Mapping[str, Diagnosis]], Mapping[str, Graded]] = graded
     targets: Callable[[], Sequence[ExportTarget]] = lambda: tuple(targets().values())
     export: Callable[[Path, str], Exported] = lambda _saved, _target: exported()
+    session_elsewhere: Callable[[], Path | None] = lambda: None
+    moved: Callable[[Path], None] = lambda _path: None
     loaded: Callable[[], None] = lambda: None
+    calibrations: Callable[[], Sequence[SourceChoice]] = tuple
+    recheck_with: Callable[[Path | None], None] = lambda _calibration: None
+    recheck: Callable[[Collected, Snapshot], tuple[Recheck, Calibration, Saved]] = field(
+        default=unreachable
+    )
+
+    def describe(self, description: Description) -> None:
+        """State device, place and operator."""
+        self.description = description
 
 
 def services(source: FakeSource, path: Path = Path("calibration.json")) -> FakeServices:
     """Services around one fake source."""
 
-    def save(fitted: FitReport, benches: Benches | None = None) -> Saved:
-        return Saved(path, (f"saved {path}",), fitted if benches is None else benches.fitted())
+    def save(fitted: FitReport, benches: Benches | None = None, place: Path | None = None) -> Saved:
+        found = fitted if benches is None else benches.fitted()
+        return Saved(place or path, (f"saved {path}",), found)
 
     def open_source(_choice: SourceChoice) -> FakeSource:
         return source

@@ -50,7 +50,7 @@ async def test_help_names_no_key_that_does_nothing_on_its_screen(step: StepKind)
     async with app_with(source).run_test(size=LARGE) as pilot:
         await shows(pilot, f"▸{step.upper()}")
         await pilot.press("question_mark")
-        text = await shows(pilot, f"help: {step}", "quits; everything is on")
+        text = await shows(pilot, f"help: {step}", "quits; the session can be")
         assert "skips the step" not in text
         assert "takes back" not in text
         assert "turn the virtual device" not in text

@@ -1,22 +1,34 @@
-"""A screen that is left while something is computed for it."""
+"""Screens that are left: while something is computed for them, and with something unsaved."""
 
 import asyncio
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 from textual.screen import Screen
+from textual.widgets import Input
 
-from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.errors import DataError, PlaceError
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
+from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.run import BenchApp
 from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.help import HelpScreen
 from imucal_wizard.tui.screens.page import PageScreen
+from imucal_wizard.tui.services import Saved
 from imucal_wizard.tui.text import line
-from tests.tui.waiting import until
+from tests.tui import fakes
+from tests.tui.bench_steps import nowhere
+from tests.tui.terminals import USUAL, VIRTUAL
+from tests.tui.waiting import shows, until
 from tests.waiting import PATIENCE
 
 TURNS = 30
@@ -47,7 +59,7 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
         next(left).wait(PATIENCE)
         raise DataError("nothing to look at")
 
-    app = BenchApp(make)
+    app = BenchApp(make, nowhere)
     async with app.run_test(size=(80, 24)) as pilot:
         first = app.screen
         for turns, work in enumerate(late):
@@ -74,7 +86,7 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
 async def test_a_terminal_that_changes_its_size_while_a_screen_is_left_is_no_fault(
     make: Callable[[Screen[Any]], HelpScreen | PageScreen | BenchScreen],
 ) -> None:
-    app = BenchApp(never)
+    app = BenchApp(never, nowhere)
     async with app.run_test(size=(80, 24)) as pilot:
         screen = make(app.screen)
         await app.push_screen(screen)
@@ -86,10 +98,61 @@ async def test_a_terminal_that_changes_its_size_while_a_screen_is_left_is_no_fau
 @pytest.mark.parametrize("turns", range(6))
 async def test_an_app_that_ends_while_a_screen_is_being_made_is_no_fault(turns: int) -> None:
     """However many of the screen's parts are there by then."""
-    app = BenchApp(never)
+    app = BenchApp(never, nowhere)
     async with app.run_test(size=(80, 24)):
         app.push_screen(BenchScreen(never))
         for _ in range(turns):
             await asyncio.sleep(0)  # one turn of the event loop
         app.exit()
     assert app.return_code in (None, 0)
+
+
+async def test_a_result_that_cannot_be_written_is_written_to_another_place(tmp_path: Path) -> None:
+    taken, place = tmp_path / "taken.json", tmp_path / "other.json"
+    taken.touch()
+    plain = fakes.services(fakes.FakeSource(Status(step=StepKind.SAVE, holds=24)))
+
+    def save(fitted: FitReport, benches: Benches | None, given: Path | None) -> Saved:
+        if given is None:
+            raise PlaceError("a.json cannot be written: the disk is full", taken)
+        return plain.save(fitted, benches, given)
+
+    app = WizardApp(replace(plain, save=save), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "the disk is full", "taken.json")
+        await pilot.press("enter")
+        await shows(pilot, "is there already")
+        await pilot.press("escape")
+        await shows(pilot, "not saved: a.json")
+        await pilot.press("q")
+        await shows(pilot, "No file has this model: the calibration.")
+        await pilot.press("s")
+        await shows(pilot, "enter writes it")
+        app.screen.query_one(Input).value = str(place)
+        await pilot.press("enter")
+        await until(pilot, lambda: app.return_value is not None)
+    assert app.unkept is None
+    assert app.return_value is not None
+    assert app.return_value.path == place
+
+
+@pytest.mark.parametrize("attended", [True, False])
+async def test_a_session_whose_disk_has_failed_goes_on_elsewhere(attended: bool) -> None:
+    stream = replace(fakes.STREAM, unwritten="no longer being saved", problem="The disk is full.")
+    source, place = fakes.FakeSource(Status(step=StepKind.POSES, holds=24)), Path("other.imucal")
+    plain, moved = fakes.services(source), list[Path]()
+    services = replace(plain, session_elsewhere=lambda: place, moved=moved.append)
+    app = WizardApp(services, AppSettings(quit_after=not attended), VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: app.state.snapshot is not None)
+        source.stream, source.finished = stream, True
+        source.say(source.status)
+        if attended:
+            await shows(pilot, "The disk is full.", str(place))
+            await pilot.press("enter")
+        await until(pilot, lambda: app.state.source is None)
+    assert ("rescue", str(place)) in source.commands
+    assert moved == [place]
+    assert app.state.result is not None  # what was measured is fitted, to be printed
+    assert app.unkept is not None
+    assert app.unkept.other == place

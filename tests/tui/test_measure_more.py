@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import pytest
+
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
@@ -56,6 +58,7 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
         await shows(pilot, "✓ second-order")
 
 
+@pytest.mark.study
 async def test_the_bench_opens_again_on_the_sensor_it_was_left_with(sagging: FitReport) -> None:
     source = fakes.FakeSource(RESULT)
     app = WizardApp(fitting(source, sagging, replace(sagging, warnings=("more",))), None, VIRTUAL)
@@ -108,6 +111,7 @@ async def test_a_recording_lists_the_poses_and_offers_no_key_to_measure_them(
         await shows(pilot, "MEASURE NEXT")
 
 
+@pytest.mark.study
 async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: FitReport) -> None:
     source = fakes.FakeSource(RESULT)
     async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.acquire.files.session_file import read_setup_and_pieces
 from imucal_wizard.cli import wizard
 from imucal_wizard.core.errors import DataError, SessionError, UsageError
+from imucal_wizard.sessions import KeptSession
 from imucal_wizard.teach import reveal
-from imucal_wizard.teach.exercise_session import draw_exercise_session
+from imucal_wizard.teach.exercise_session import draw_exercise_session, uncovered_number
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
 from imucal_wizard.tui.services import WizardServices
@@ -42,8 +42,11 @@ def test_the_answer_lies_sealed_beside_the_session(tmp_path: Path) -> None:
 def test_the_session_does_not_name_what_is_hidden_and_goes_on_with_it(tmp_path: Path) -> None:
     workshop = begun(tmp_path)
     assert workshop.sources.session is not None
-    about, _ = read_setup_and_pieces(workshop.sources.session)
+    with KeptSession.look(workshop.sources.session) as kept:
+        about = kept.meta()
     assert draw_exercise_session(3).truth.term not in str(about)
+    assert about["mystery"] != 3
+    assert uncovered_number(about["mystery"]) == uncovered_number(3) == 3
     again = WizardServices(WizardOptions(sessions=tmp_path, speed=50.0))
     source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.sources.session)))
     source.start()

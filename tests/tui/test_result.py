@@ -40,7 +40,7 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
-            pilot, "0.160 mg held out", "limit 2.0 mg", "nothing known here explains it",
+            pilot, "0.160 mg held out", "limit 2.0 mg", "nothing explains it for sure",
             "f: find out", "31.4 mg  →", "4.80°  →", "0.619°", "b back", "? help", "q quit",
         )  # fmt: skip
 
@@ -198,7 +198,7 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "✓ ", "a.json")
 
-        def full(_report: object, _benches: object) -> Saved:
+        def full(*_: object) -> Saved:
             raise UsageError("the disk is full; make room")
 
         app.state.services = replace(services, save=full)

@@ -6,8 +6,9 @@ import re
 from datetime import date
 
 import numpy as np
+from numpy.typing import NDArray
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 
 MAX_NUMBER = 1e30
 """Larger numbers are neither readings nor times (nanoseconds since 1970 have 19 digits)."""
@@ -23,6 +24,13 @@ _MATLAB_WEIGHTS = np.zeros((16, 3), np.float32)
 _MATLAB_WEIGHTS[[3, 5, 6, 7], 0] = _MATLAB_WEIGHTS[8:12, 1] = 1000.0, 100.0, 10.0, 1.0
 _MATLAB_WEIGHTS[14:, 2] = 10.0, 1.0
 _EXACT_POWERS = 10.0 ** np.arange(23)
+_EXACT_DIGITS, _DECIMAL_CHARS = 15, 17
+"""Digits of an integer that a float holds exactly; with sign and point two characters more."""
+_MIN_DECIMAL_BYTES = 16_384
+"""Bytes from which that is faster."""
+_INTEGER_POWERS = 10 ** np.arange(_DECIMAL_CHARS + 1)
+_LINE_FEED = ord("\n")
+_POINT = (ord(".") - ord("0")) % 256
 _COMMA_NUMBER = re.compile(rb"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 NUMBER = re.compile(
@@ -93,11 +101,14 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
         Shape (non-empty lines, columns), or None if any line is not plain and the lines must be
         read one by one. The values are bit-identical to those of ``printed_number``.
     """
-    if block.translate(None, _NUMERIC + separator + b"\n") or (
-        separator == b" " and b"\t" in block
-    ):
+    foreign = block.translate(None, _NUMERIC + separator + b"\nnaNA")
+    if foreign or (separator != b"\t" and b"\t" in block):  # a tab may separate, too
         return None
-    values = _matlab_table(block, columns) if separator == b" " else None
+    if separator == b" ":
+        values = _matlab_table(block, columns)
+    else:
+        values = _decimal_table(block, separator, columns)
+        block = block if values is not None else _with_nan(block, separator)
     try:
         if values is None:
             values = np.loadtxt(
@@ -108,10 +119,103 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
             )
     except ValueError:
         return None
-    inside = (values < MAX_NUMBER) & (values > -MAX_NUMBER)
+    inside = ~(np.abs(values) >= MAX_NUMBER)
     if values.shape[1] != columns or not inside.all():
         return None
     return np.asarray(values, np.float64)
+
+
+def _decimal_table(block: bytes, separator: bytes, columns: int) -> FloatArray | None:
+    """Read numbers of up to fifteen digits without an exponent, a fifth as long.
+
+    All digits together are an exact integer, and so is the power of ten by which it is divided, so
+    that the quotient is rounded as correctly as any conversion. The digits are taken from the last
+    to the first, of all numbers at once.
+
+    Args:
+        block: whole lines, each with LF at its end.
+        separator: one byte between the fields.
+        columns: fields per line; NaN for an empty one.
+
+    Returns:
+        Shape (lines, columns), or None if the lines are not such.
+    """
+    if len(block) < _MIN_DECIMAL_BYTES:
+        return None
+    chars = np.frombuffer(block, np.uint8)
+    line_ends = chars == _LINE_FEED
+    ends = np.flatnonzero(line_ends | (chars == separator[0]))
+    if len(ends) % columns or np.count_nonzero(line_ends) * columns != len(ends):
+        return None
+    if not line_ends[ends[columns - 1 :: columns]].all():
+        return None
+    lengths = np.diff(ends, prepend=-1) - 1
+    longest = int(lengths.max())
+    if longest > _DECIMAL_CHARS:
+        return None
+    first = chars[ends - np.maximum(lengths, 1)]
+    minus, signed = first == ord("-"), (first == ord("-")) | (first == ord("+"))
+    if (signed & (lengths == 0)).any():
+        return None
+    lengths -= signed
+    values = np.empty((len(ends) // columns, columns))
+    for column in range(columns):
+        own = slice(column, None, columns)
+        found = _decimal_column(chars, ends[own], lengths[own])
+        if found is None or (np.isnan(found) & signed[own]).any():
+            return None
+        values[:, column] = np.where(minus[own], -found, found)
+    return values
+
+
+def _decimal_column(
+    chars: NDArray[np.uint8], ends: IntArray, lengths: IntArray
+) -> FloatArray | None:
+    """The numbers without signs that end before these places; NaN for empty ones.
+
+    Numbers of one column are mostly printed alike, so that a place is a digit, or the point, in all
+    of them.
+
+    Returns:
+        Shape (n,), or None if a field is another number or none.
+    """
+    mantissa = np.zeros(len(ends), np.int64)
+    digits, decimals = 0, -1
+    place, shortest, longest = 1, int(lengths.min()), int(lengths.max())
+    while place <= shortest and digits <= _EXACT_DIGITS:
+        digit = chars[ends - place] - np.uint8(ord("0"))  # wraps around to more than 9
+        if (digit < 10).all():
+            mantissa += digit.astype(np.int64) * _INTEGER_POWERS[digits]
+            digits += 1
+        elif decimals < 0 and (digit == _POINT).all():
+            decimals = digits
+        else:
+            break
+        place += 1
+    counts, points = np.full(len(ends), digits), np.full(len(ends), decimals)
+    for further in range(place, longest + 1):
+        inside = lengths >= further
+        digit = chars[ends - further] - np.uint8(ord("0"))
+        number, point = inside & (digit < 10), inside & (digit == _POINT)
+        if (inside & ~number & ~point).any() or (point & (points >= 0)).any():
+            return None
+        mantissa += np.where(number, digit * _INTEGER_POWERS[counts], 0)
+        points[point] = counts[point]
+        counts += number
+    if counts.max() > _EXACT_DIGITS or (counts[lengths > 0] == 0).any():
+        return None
+    values = mantissa / _EXACT_POWERS[np.maximum(points, 0)]
+    values[counts == 0] = np.nan
+    return np.asarray(values)
+
+
+def _with_nan(block: bytes, separator: bytes) -> bytes:
+    """The lines with ``nan`` in empty fields: a slow sensor has no number in most lines."""
+    empty, named = 2 * separator, separator + b"nan" + separator
+    block = block.replace(empty, named).replace(empty, named)  # a second time for odd ones in a row
+    block = block.replace(separator + b"\n", separator + b"nan\n")
+    block = block.replace(b"\n" + separator, b"\nnan" + separator)
+    return b"nan" + block if block.startswith(separator) else block
 
 
 def _matlab_table(block: bytes, columns: int) -> FloatArray | None:

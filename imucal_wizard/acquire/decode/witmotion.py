@@ -29,10 +29,15 @@ between models, so it stays in counts."""
 _LEARNED_CYCLES = 3
 """Whole samples from which the frame types of a sample are learned."""
 
+
+def _length(header: bytes) -> int:
+    return _FRAME_BYTES if header[1] in _TYPES else 0
+
+
 SHAPE = FrameShape(
     sync=b"\x55",
     header=2,
-    length=lambda header: _FRAME_BYTES if header[1] in _TYPES else 0,
+    length=_length,
     valid=sum8,
 )
 

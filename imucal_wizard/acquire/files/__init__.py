@@ -10,6 +10,9 @@ if TYPE_CHECKING:
 
 __all__ = ["RecordingOptions", "is_session", "read_files"]
 _SQLITE = b"SQLite format 3\0"
+_PAGE_BYTES = 4096
+SUFFIX = ".imucal"
+"""The end of a session file's name."""
 
 
 @dataclass(frozen=True)
@@ -42,11 +45,18 @@ class RecordingOptions:
 
 
 def is_session(path: Path) -> bool:
-    """Whether a file is an SQLite database, as session files are; reading it reports any damage."""
+    """Whether a file is an SQLite database, as session files are; reading it reports any damage.
+
+    A session whose first page is damaged is known by its name and by its whole pages.
+    """
     try:
+        if not path.is_file():  # what is read from a pipe is gone
+            return False
         with path.open("rb") as file:
-            return file.read(len(_SQLITE)) == _SQLITE
-    except OSError:
+            whole = file.read(len(_SQLITE)) == _SQLITE
+        size = path.stat().st_size
+        return whole or (path.suffix == SUFFIX and size > 0 and size % _PAGE_BYTES == 0)
+    except (OSError, ValueError):
         return False
 
 

@@ -6,11 +6,13 @@ through the decoders of streams.
 
 import codecs
 import re
+from contextlib import suppress
 from pathlib import Path
 
 from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.detect import binary_protocol
 from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.input import open_unpacked, read_bounded, readable_bytes
 from imucal_wizard.core.output import sanitise
 
 _EXAMINED_BYTES = 65_536
@@ -18,10 +20,8 @@ _EXAMINED_BYTES = 65_536
 _MAX_GARBAGE = 0.05
 """Share of control characters above which a file is not text."""
 _TEXT_BYTES = bytes([7, 8, 9, 10, 12, 13, 27, *range(32, 127), *range(128, 256)])
-_GZIP = b"\x1f\x8b"
 MAX_BYTES = 2_000_000_000
 """Bytes of a recording: ten hours at 1,000 samples/s."""
-_TOO_LARGE = "larger than 2 GB; cut it into shorter recordings, a calibration needs ten minutes"
 _MIN_WIDE_SHARE = 0.7
 """Share of zeros in every second byte of a text with two bytes per character."""
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -67,62 +67,44 @@ _MAGIC: tuple[tuple[bytes, str, str], ...] = (
 )
 
 
+def read_start(path: Path) -> bytes:
+    """The beginning of a regular file, unpacked if it is packed by gzip.
+
+    Raises:
+        RecordingError: it cannot be read, is empty, or damaged.
+    """
+    import zlib
+
+    try:
+        with open_unpacked(path) as file:
+            start = file.read(_EXAMINED_BYTES)
+    except (OSError, EOFError, zlib.error) as error:
+        raise RecordingError(f"{path} cannot be read: {error}") from error
+    if not start or (start.isspace() and len(start) < _EXAMINED_BYTES):
+        raise RecordingError(f"{path} is empty; record again")
+    return start
+
+
 def read_bytes(path: Path) -> bytes:
     """The content of a file.
 
     Raises:
-        RecordingError: it cannot be read, is empty, or is not a file.
+        RecordingError: it cannot be read, is empty, too large, or not a file.
     """
-    try:
-        if path.is_char_device():  # reading one would never end
+    with suppress(OSError, ValueError):
+        if path.is_char_device():
             raise RecordingError(
                 f"{path} is a port and not a recording; open it as the source of the wizard",
                 settings=(f"port {path}",),
             )
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: there is no such file; check the name") from None
-    except IsADirectoryError:
-        raise RecordingError(f"{path} is a folder; give the files in it") from None
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        raise RecordingError(f"{str(path)!r} is not a file name: {error}") from None
+    data = read_bounded(path, readable_bytes(MAX_BYTES))
     if not data or data.isspace():
         raise RecordingError(f"{path} is empty; record again")
-    if len(data) > MAX_BYTES:
-        raise RecordingError(f"{path} is {_TOO_LARGE}")
     return data
 
 
 class NotTextError(RecordingError):
     """The file is not text; it may contain frames of a binary protocol."""
-
-
-def decompress(data: bytes) -> bytes:
-    """The bytes, decompressed if they are compressed by gzip.
-
-    Raises:
-        RecordingError: it is damaged, or too large.
-    """
-    if not data.startswith(_GZIP):
-        return data
-    import gzip  # few files need this
-    import io
-    import zlib
-
-    try:
-        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            content = file.read(MAX_BYTES + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise RecordingError(
-            f"it is compressed by gzip and damaged ({error}); unpack it with gunzip, which"
-            " recovers as much as possible"
-        ) from error
-    if len(content) > MAX_BYTES:
-        raise RecordingError(f"unpacked it is {_TOO_LARGE}")
-    return content
 
 
 def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:

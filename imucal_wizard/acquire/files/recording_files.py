@@ -6,7 +6,9 @@ no arrival times, its first line is complete, and no questions can be asked.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +20,17 @@ from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_n
 from imucal_wizard.acquire.detect import Detector
 from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
+    MAX_BYTES,
     NotTextError,
     decode_text,
-    decompress,
     read_bytes,
 )
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.input import readable_bytes, unpacked
 from imucal_wizard.core.output import sanitise, without_control_characters
-from imucal_wizard.core.readings import Readings, Series, join_readings
+from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
 from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
@@ -38,10 +41,12 @@ _PAIR = ("accelerometer", "gyroscope")
 _SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
 _BESIDE = ("temperature", "current")
 """Auxiliary quantities that may occur in several files."""
-_FED_BYTES = 1 << 18
+FED_BYTES = 1 << 18
 """Bytes fed at once, up to the end of the line."""
 MIN_DATE_SECONDS = 1e8
 """Times from here on count from a date (1970): no device has been running for three years."""
+_SECONDS_BETWEEN_FILES = 10.0
+"""Between the last sample of a file and the first of the next, where they follow one another."""
 _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
@@ -67,7 +72,11 @@ def file_formats() -> tuple[str, ...]:
 
 
 def read_files(
-    paths: Sequence[Path], options: RecordingOptions | None = None, *, field_alone: bool = False
+    paths: Sequence[Path],
+    options: RecordingOptions | None = None,
+    *,
+    field_alone: bool = False,
+    on_table: bool = False,
 ) -> Readings:
     """The readings in the files of one session.
 
@@ -79,6 +88,8 @@ def read_files(
         options: the user's statements about them.
         field_alone: whether a magnetometer alone is sufficient; the accelerometer then has no
             samples.
+        on_table: a rate table turned the device: a gyroscope alone is sufficient, and files that
+            hold the same sensor follow one another.
 
     Raises:
         RecordingError: a file cannot be read, or lacks something; the message says what.
@@ -87,20 +98,21 @@ def read_files(
     options = options or RecordingOptions()
     if not paths:
         raise UsageError("no recording was given; name at least one file")
-    if options.as_format not in (None, *file_formats()):
-        raise UsageError(
-            f"the format {options.as_format} is not known; give one of {', '.join(file_formats())}",
-            settings=("as_format",),
-        )
+    refuse_unknown_format(options)
     if options.as_format == IMU_TK and len(paths) > len(_PAIR):
         raise UsageError(
             f"{IMU_TK} is the accelerometer's and the gyroscope's file, not {len(paths)} files; "
             f"give ACC.mat GYRO.mat in this order"
         )
-    series, warnings = _merged(paths, [_one(path, options, i) for i, path in enumerate(paths)])
+    files = [_one(path, options, i) for i, path in enumerate(paths)]
+    if on_table and len(files) > 1:
+        files = _one_after_another(paths, files)
+    series, warnings = _merged(paths, files)
     series = _from_beginning(series)
+    none = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
+    if on_table and "gyroscope" in series:
+        return _readings({"accelerometer": none, **series}, warnings)
     if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
-        none = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
         return _readings({**series, "accelerometer": none}, warnings)
     names = ", ".join(map(str, paths))
     if not series:
@@ -118,6 +130,19 @@ def read_files(
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
     return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check_recording(readings)))))
+
+
+def refuse_unknown_format(options: RecordingOptions) -> None:
+    """Refuse a format that is not known.
+
+    Raises:
+        UsageError: it is not.
+    """
+    if options.as_format not in (None, *file_formats()):
+        raise UsageError(
+            f"the format {options.as_format} is not known; give one of {', '.join(file_formats())}",
+            settings=("as_format",),
+        )
 
 
 def _from_beginning(series: dict[str, Series]) -> dict[str, Series]:
@@ -153,27 +178,42 @@ def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
 
 def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     """The samples in a file of text or of binary frames."""
-    data = decompress(read_bytes(path))
-    name = options.as_format or AUTO
-    setup = with_options(StreamSetup(format=name if name != IMU_TK else "csv"), options)
-    if options.as_format == IMU_TK:
-        sensor = _PAIR[place]
-        unit = options.unit(sensor) or COUNT
-        axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
-        setup = replace(setup, columns=(Column("t", "s", "t"), *axes))
-    if name in formats() and formats()[name].binary:
+    data = unpacked(read_bytes(path), readable_bytes(MAX_BYTES))
+    setup = setup_of_file(options, place)
+    if setup.format in formats() and formats()[setup.format].binary:
         return _samples(data, setup)
     try:
         text, notes = decode_text(data)
     except NotTextError:
-        if found := _binary_format(data):
+        if found := binary_format(data):
             return _samples(data, replace(setup, format=found))
         raise
     samples = _samples(text, setup, file=path.name)
     return FileSamples(samples.series, (*notes, *samples.warnings))
 
 
-def _binary_format(data: bytes) -> str:
+def setup_of_file(options: RecordingOptions, place: int) -> StreamSetup:
+    """What the user says of a file.
+
+    Args:
+        options: the statements.
+        place: of the file among those of a pair.
+
+    Raises:
+        RecordingError: every column is left out.
+        UsageError: a name is not a column.
+    """
+    name = options.as_format or AUTO
+    setup = with_options(StreamSetup(format=name if name != IMU_TK else "csv"), options)
+    if options.as_format != IMU_TK:
+        return setup
+    sensor = _PAIR[place]
+    unit = options.unit(sensor) or COUNT
+    axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
+    return replace(setup, columns=(Column("t", "s", "t"), *axes))
+
+
+def binary_format(data: bytes) -> str:
     """The binary format of these bytes, or ""."""
     detector = Detector(whole=True)
     pieces = data[: 1 << 16].splitlines(keepends=True)
@@ -194,34 +234,36 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
         RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
-    samples = decode_pieces(intake, _pieces(data))
+    samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     names = [c.name for c in intake.columns]
     by_file = tuple(column_of_name(name, file) for name in names)
     bare = {name.lower() for name in names} >= {"x", "y", "z"}
     if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
         intake = Intake(replace(setup, columns=by_file), recording=True)
-        samples = decode_pieces(intake, _pieces(data))
+        samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
-        raise _unreadable(intake, setup)
-    misfits = _misfits(intake)
+        raise unreadable(intake, setup)
+    left_out = misfits(intake)
     missing = intake.without_number
     if missing:
-        misfits += (f"{missing}; left out",)
-    return FileSamples(samples.series, (*samples.warnings, *misfits))
+        left_out += (f"{missing}; left out",)
+    return FileSamples(samples.series, (*samples.warnings, *left_out))
 
 
-def _pieces(data: bytes) -> Iterator[tuple[float, bytes]]:
+def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
     """Whole lines that stay in the processor's cache, each with an arrival time, not used."""
     start = 0
     while start < len(data):
-        end = end_of_lines(data, start + _FED_BYTES)
-        yield 0.0, data[start:end]
+        end = end_of_lines(data, start + FED_BYTES)
+        yield data[start:end], 0.0
         start = end
 
 
-def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> FileSamples | None:
-    """The samples in pieces of bytes with their arrival times; None if there are none."""
-    parts = [intake.feed(data, arrival) for arrival, data in pieces]
+def decode_pieces(
+    intake: Intake, batches: Iterable[Sequence[tuple[bytes, float]]]
+) -> FileSamples | None:
+    """The samples in batches of pieces with their arrival times; None if there are none."""
+    parts = [intake.feed_all(batch) for batch in batches]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
@@ -231,7 +273,7 @@ def decode_pieces(intake: Intake, pieces: Iterable[tuple[float, bytes]]) -> File
     return FileSamples(there, intake.warnings)
 
 
-def _misfits(intake: Intake) -> tuple[str, ...]:
+def misfits(intake: Intake) -> tuple[str, ...]:
     """A warning about lines that do not fit the columns.
 
     Raises:
@@ -254,7 +296,7 @@ def _misfits(intake: Intake) -> tuple[str, ...]:
     return (f"{message}; left out",)
 
 
-def _unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
+def unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     """The reason why there are no samples, and the settings that would help."""
     notes, needs = intake.warnings, intake.needs
     if intake.first_malformed is not None and (not needs or "columns" in needs):
@@ -307,22 +349,29 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         SessionError: the file cannot be read.
         RecordingError: its bytes do not give samples.
     """
-    from imucal_wizard.acquire.files.session_file import read_setup_and_pieces  # SQLite
+    from imucal_wizard.acquire.files.session_salvage import read_session  # SQLite
 
-    about, pieces = read_setup_and_pieces(path)
-    try:
-        setup = StreamSetup.from_json(about.get("setup", {}))
-    except (UsageError, AttributeError) as error:
-        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
-    if not pieces:
-        raise RecordingError("nothing was received in this session; resume it and measure")
-    intake = Intake(with_options(setup, options))
-    samples = decode_pieces(intake, pieces)
+    def decode(
+        about: dict[str, Any], batches: Iterator[list[tuple[bytes, float]]]
+    ) -> tuple[Intake, FileSamples | None]:
+        try:
+            setup = StreamSetup.from_json(about.get("setup", {}))
+        except (UsageError, AttributeError) as error:
+            raise SessionError(
+                f"{path} lacks its settings ({error}); begin a new session"
+            ) from error
+        first = next(batches, None)
+        if first is None:
+            raise RecordingError("nothing was received in this session; resume it and measure")
+        intake = Intake(with_options(setup, options), check_values=False)  # all is checked later
+        return intake, decode_pieces(intake, chain([first], batches))
+
+    (intake, samples), damage = read_session(path, decode, FED_BYTES)
     if samples is None:
         raise RecordingError(
             _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)
         )
-    warnings = list(samples.warnings)
+    warnings = [*([damage] if damage else []), *samples.warnings]
     if intake.lost:
         warnings.append(f"{intake.lost} samples are missing; rotations across a gap are not used")
     if intake.malformed:
@@ -389,6 +438,37 @@ def _merged(
                 )
             series[sensor], source[sensor] = found, path
     return series, warnings
+
+
+def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> list[FileSamples]:
+    """Files that hold the same sensors as one, each later than the one before; else as they are.
+
+    Raises:
+        RecordingError: a sensor has different units in them.
+    """
+    names = [name for one in files for name in one.series]
+    if len(names) == len(set(names)):
+        return list(files)
+    joined: dict[str, list[Series]] = {}
+    warnings: list[str] = []
+    origin = 0.0
+    for path, one in zip(paths, files, strict=True):
+        warnings += [f"{without_control_characters(path.name)}: {text}" for text in one.warnings]
+        first = min(float(series.time[0]) for series in one.series.values())
+        for name, series in one.series.items():
+            before = joined.setdefault(name, [])
+            if before and before[0].unit != series.unit:
+                raise RecordingError(
+                    f"{path}: the {name} is in {series.unit}, but before it was "
+                    f"in {before[0].unit}; give the same unit for all files"
+                )
+            before.append(replace(series, time=series.time - first + origin))
+        origin = _SECONDS_BETWEEN_FILES + max(float(own[-1].time[-1]) for own in joined.values())
+    whole = {name: join_series(parts) for name, parts in joined.items()}
+    return [
+        FileSamples({k: v for k, v in whole.items() if v is not None}, tuple(warnings)),
+        *(FileSamples({}) for _ in files[1:]),
+    ]
 
 
 def _apart(readings: Readings) -> list[str]:

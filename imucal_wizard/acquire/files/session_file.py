@@ -3,29 +3,34 @@
 Tables: ``meta`` (settings as JSON), ``raw`` (bytes and their arrival times), ``command`` (the
 operator's commands, each with the number of the last piece of bytes before it), ``hold``,
 ``rotation`` and ``event`` (results, for people and other programs; this program computes them
-again from the bytes).
+again from the bytes), ``checkpoint`` (the state of the procedure, so that this need not begin with
+the first byte).
 """
 
 import json
 import math
+import os
 import shlex
 import sqlite3
-from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
-from imucal_wizard.acquire.files import is_session
-from imucal_wizard.core.errors import SessionError
-from imucal_wizard.core.output import without_control_characters
-from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.acquire.files import SUFFIX, is_session
+from imucal_wizard.acquire.files.sqlite_pages import log_of
+from imucal_wizard.core.description import Description
+from imucal_wizard.core.errors import DamagedSessionError, SessionError
+from imucal_wizard.core.output import why_it_cannot_grow
 from imucal_wizard.core.records import dataclass
 
-SUFFIX = ".imucal"
 APPLICATION_ID = 0x494D5543
 """``IMUC`` in the header of the file, which identifies sessions."""
 SESSION_VERSION = 1
 """Version of the tables, in the file's ``user_version``."""
+DESCRIBE_COMMAND = "describe"
+"""Name of the command that states the device; it does not change the procedure."""
+_ROWS_AT_ONCE = 256
 _BUSY_SECONDS = 0.5
 """How long opening a session waits for another program that is writing it."""
 
@@ -60,8 +65,12 @@ class Command:
     argument: str
 
 
-def connect(path: Path) -> sqlite3.Connection:
+def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
     """Open an existing session file and verify it.
+
+    Args:
+        path: the file.
+        writes: it is to be continued; else it can be read where nobody can write.
 
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
@@ -78,7 +87,11 @@ def connect(path: Path) -> sqlite3.Connection:
         raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
         connection = sqlite3.connect(
-            path, timeout=_BUSY_SECONDS, isolation_level=None, check_same_thread=False
+            path.absolute().as_uri() if writes else _address(path),
+            timeout=_BUSY_SECONDS,
+            isolation_level=None,
+            check_same_thread=False,
+            uri=True,
         )
         on_failure.callback(connection.close)
         _identify(connection, path)
@@ -86,9 +99,19 @@ def connect(path: Path) -> sqlite3.Connection:
     return connection
 
 
+def _address(path: Path) -> str:
+    """The file for reading; SQLite writes beside it, except where the folder refuses that."""
+    log = log_of(path)
+    still = not os.access(path.parent, os.W_OK) and not (log.exists() and log.stat().st_size)
+    return path.absolute().as_uri() + ("?immutable=1" if still else "")
+
+
 def _identify(connection: sqlite3.Connection, path: Path) -> None:
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
+    known = application == APPLICATION_ID and version == SESSION_VERSION
+    if not known and connection.execute("PRAGMA quick_check(1)").fetchone()[0] != "ok":
+        raise sqlite3.DatabaseError("its header is garbled")
     if application != APPLICATION_ID:
         raise SessionError(f"{path} is a database of another program, not a session; give another")
     if version != SESSION_VERSION:
@@ -99,21 +122,43 @@ def _identify(connection: sqlite3.Connection, path: Path) -> None:
         )
 
 
+_NOT_WRITTEN = dict.fromkeys(
+    (
+        "SQLITE_IOERR_WRITE",
+        "SQLITE_IOERR_FSYNC",
+        "SQLITE_IOERR_DIR_FSYNC",
+        "SQLITE_IOERR_TRUNCATE",
+        "SQLITE_IOERR_SHMOPEN",
+        "SQLITE_IOERR_SHMSIZE",
+    ),
+    "the disk does not work",
+)
+"""The database's errors of writing, and their cause if no other is found."""
+
+
 def session_error(path: Path, error: Exception) -> SessionError:
     """The error of the database as a message that says what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
         return SessionError(
             f"{path} is being written by another imucal-wizard; close that one first"
         )
-    if isinstance(error, sqlite3.OperationalError) and "full" in str(error):
-        return SessionError(
-            f"{path}: the disk is full; free some space, the measurements so far are safe"
-        )
-    if isinstance(error, sqlite3.OperationalError) and "readonly" in str(error):
-        return SessionError(f"{path} cannot be written; check who owns the file and its folder")
-    return SessionError(
-        f"{path} is damaged ({str(error)[:80]}); save what can be read with"
-        f" sqlite3 {shlex.quote(str(path))} .recover, or measure again"
+    if isinstance(error, sqlite3.OperationalError):
+        name = getattr(error, "sqlite_errorname", "")
+        if name == "SQLITE_FULL" or name in _NOT_WRITTEN:
+            # SQLite does not tell a quota or a limit from a disk that does not work
+            log = log_of(path)
+            cause = why_it_cannot_grow(path, log) or _NOT_WRITTEN.get(name, "the disk is full")
+            return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))
+        if "unable to open" in str(error):
+            return SessionError(
+                f"{path} cannot be opened; copy it, with the files beside it whose names begin like"
+                " its own, to a folder that can be written"
+            )
+        if "readonly" in str(error):
+            return SessionError(f"{path} cannot be written; check who owns the file and its folder")
+    return DamagedSessionError(
+        f"{path} is damaged ({str(error)[:80]}); write what can be read of it to a new file",
+        settings=(f"repair {shlex.quote(str(path))}",),
     )
 
 
@@ -149,19 +194,44 @@ def read_meta(connection: sqlite3.Connection) -> dict[str, Any]:
     rows = connection.execute("SELECT key, value FROM meta")
     try:
         return {key: json.loads(value) for key, value in rows}
-    except ValueError as error:
+    except (ValueError, TypeError, RecursionError) as error:
         raise sqlite3.DatabaseError(f"a setting is garbled: {error}") from error
 
 
-def read_pieces(connection: sqlite3.Connection) -> Iterator[tuple[int, float, bytes]]:
-    """Number, arrival time in seconds and bytes of each piece, in order."""
-    for number, arrival, data in connection.execute(
-        "SELECT id, arrival, data FROM raw ORDER BY id"
-    ):
-        good = isinstance(arrival, float) and math.isfinite(arrival) and isinstance(data, bytes)
-        if not good:
-            raise sqlite3.DatabaseError(f"piece {number} of the received bytes is garbled")
-        yield number, arrival, data
+def read_pieces(
+    connection: sqlite3.Connection, after: int = 0
+) -> Iterator[tuple[int, float, bytes]]:
+    """Number, arrival time in seconds and bytes of each piece, in order, from the one after."""
+    rows = connection.execute(
+        "SELECT id, arrival, data FROM raw WHERE id > ? ORDER BY id", (after,)
+    )
+    while some := rows.fetchmany(_ROWS_AT_ONCE):
+        _, arrivals, datas = zip(*some, strict=True)
+        _check_pieces(arrivals, datas)
+        yield from some
+
+
+def read_batches(connection: sqlite3.Connection, size: int) -> Iterator[list[tuple[bytes, float]]]:
+    """Bytes and arrival time in seconds of each piece, in order.
+
+    Args:
+        connection: to a session.
+        size: bytes of a batch, about.
+    """
+    rows = connection.execute("SELECT data, arrival FROM raw ORDER BY id")
+    count = _ROWS_AT_ONCE
+    while some := rows.fetchmany(count):
+        datas, arrivals = zip(*some, strict=True)
+        _check_pieces(arrivals, datas)
+        yield some
+        count = max(1, count * size // max(sum(map(len, datas)), 1))
+
+
+def _check_pieces(arrivals: Sequence[Any], datas: Sequence[Any]) -> None:
+    if {*map(type, arrivals)} != {float} or {*map(type, datas)} != {bytes}:
+        raise sqlite3.DatabaseError("a piece of the received bytes is garbled")
+    if not all(map(math.isfinite, arrivals)):
+        raise sqlite3.DatabaseError("the time of a piece of the received bytes is garbled")
 
 
 def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
@@ -174,36 +244,10 @@ def read_commands(connection: sqlite3.Connection) -> Iterator[Command]:
         yield Command(*row)
 
 
-def corrections_note(path: Path) -> tuple[str, ...]:
-    """A warning if the operator withdrew or repeated measurements; their samples are in the file.
-
-    Raises:
-        SessionError: the file is a session that cannot be read.
-    """
-    if not is_session(path):
-        return ()
-    with explain_damage(path), closing(connect(path)) as connection:
-        connection.execute("PRAGMA query_only = 1")
-        (count,) = connection.execute(
-            "SELECT COUNT(*) FROM command WHERE name IN ('undo', 'repeat')"
-        ).fetchone()
-    if not count:
-        return ()
-    message = (
-        f"in the wizard something was taken back or repeated {times_in_words(count)}; here all "
-        f"samples of {without_control_characters(path.name)} count, those as well"
-    )
-    return (message,)
-
-
-def read_setup_and_pieces(path: Path) -> tuple[dict[str, Any], list[tuple[float, bytes]]]:
-    """The settings of a session and its bytes with their arrival times.
-
-    Raises:
-        SessionError: the file cannot be read.
-    """
-    with explain_damage(path), closing(connect(path)) as connection:
-        connection.execute("PRAGMA query_only = 1")
-        return read_meta(connection), [
-            (arrival, data) for _, arrival, data in read_pieces(connection)
-        ]
+def read_description(connection: sqlite3.Connection) -> Description:
+    """Device, place and operator as they were stated last."""
+    stated = connection.execute(
+        "SELECT argument FROM command WHERE name = ? ORDER BY id DESC LIMIT 1", (DESCRIBE_COMMAND,)
+    ).fetchone()
+    loose = read_meta(connection).get("description") if stated is None else json.loads(stated[0])
+    return Description.read(loose if isinstance(loose, dict) else {})

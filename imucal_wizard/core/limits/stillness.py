@@ -53,6 +53,10 @@ MIN_SWAY = 0.015
 """Slow standard deviation of a hold, in units of gravity, below which it is not judged. The mean of
 a direction that sways by s is shorter than gravity by s²/2: here by 0.11 mg, the noise of the mean
 of a good sensor (0.1 mg/√Hz, half a second). A turn at 5 °/s reaches it within 0.6 s (ωT/√12)."""
+MIN_SLOW_MOMENT = 0.005
+"""The same above which a hold of a stream must be clearly slower than the motion before it: a hand
+that holds a device freely sways by 0.3°, the slow moments of a waved one last seconds and turn by
+0.5° to 2°."""
 MAX_SWAY = 0.035
 """The same above which a hold is a slow motion, whatever its noise: its mean is 0.6 mg short, which
 no repetition shows."""
@@ -67,6 +71,11 @@ calmest share p, √(p/2) of their rms."""
 
 QUIET_BLOCKS = 20
 """Blocks in the quietest two seconds of a recording, which give its noise."""
+CALM_FACTOR = 2.0
+"""Standard deviations of that noise within which a stretch is calm and continues the course of the
+resting rate, which the mean of two seconds tells to a tenth of it."""
+COURSE_STRETCHES = 10
+"""Calm stretches (twenty seconds or more) whose course goes on, for at most as long again."""
 VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
 """Limits tried on a recording, as multiples of its quietest variance; beyond the last one, they
 double."""

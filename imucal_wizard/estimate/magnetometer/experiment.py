@@ -21,6 +21,7 @@ from imucal_wizard.estimate.magnetometer.field_data import (
     SMALLEST_NOISE,
     USUAL_FIELD,
     FieldData,
+    rescaled,
     with_surroundings,
 )
 from imucal_wizard.estimate.magnetometer.start import CROSS_NAMES
@@ -28,14 +29,14 @@ from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
-from imucal_wizard.estimate.slow_noise import Fitted, in_session
+from imucal_wizard.estimate.slow_noise import Fitted, SlowErrors, slow_errors
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
-    from imucal_wizard.estimate.fit import Minimum
+    from imucal_wizard.estimate.gauss_newton import Minimum
     from imucal_wizard.estimate.result import GravityReference, SensorFit
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)
@@ -43,6 +44,9 @@ SOFT_IRON = tuple(f"soft_iron_{AXES[i]}{AXES[j]}" for i, j in TRIANGLE)
 DIAGONAL = (0, 4, 8)
 
 
+MAX_SLOW_NOISE = 3.0
+"""What a fit leaves, rms in units of the samples' noise, above which it is structure of the
+place or the sensor: as noise it would weigh rows by what the model lacks."""
 SOFT_IRON_SIZE = 0.05
 """Standard deviation of the soft iron's entries on boards; N's figure 7 has 0.06, 0.04 and 0.03."""
 
@@ -76,10 +80,14 @@ class MagnetometerExperiment(Experiment):
         data: what was measured.
         alignment: how the sensor lies in the accelerometer's frame; None for its own frame.
         poses: still poses in that frame, whose dip is one; None without any.
+        slow_errors: what of the errors of the rows is slow, told by a fit of them; None where none
+            of it matters, or before a fit.
+        loading: by how much the latent slow errors move the rows, shape (n, m).
     """
 
     sensor, frame, method = MAGNETOMETER, "own", "orthogonal"
     base_terms, at_rest = FIELD_BASE, False
+    shows_slow_noise = "turn it through the same directions again"
     covariance_entries: tuple[int, ...] = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 
     def __init__(
@@ -87,6 +95,8 @@ class MagnetometerExperiment(Experiment):
         data: FieldData,
         alignment: Alignment | None = None,
         poses: "StillPoses | None" = None,
+        slow_errors: SlowErrors | None = None,
+        loading: FloatArray | None = None,
     ) -> None:
         self.data, self.unit, self.gravity = data, data.unit, data.gravity
         self._alignment, self._rotation, self._poses = alignment, np.eye(3), poses
@@ -107,6 +117,9 @@ class MagnetometerExperiment(Experiment):
             )
         time = data.circumstances.time
         count = len(data)
+        self._slow_errors = slow_errors
+        self._told_by: Minimum[Experiment] | None = None
+        loading = np.zeros((count, 0)) if loading is None else loading
         self.magnitude = FieldMagnitude(
             reading=data.pieces.reading,
             count=data.pieces.count,
@@ -116,6 +129,8 @@ class MagnetometerExperiment(Experiment):
             circumstances=samples,
             magnitude=data.field,
             unit=data.error_unit,
+            repeated=data.poses,
+            loading=loading[:count],
             labels=RowLabels(
                 index=np.arange(count),
                 axis=np.full(count, -1),
@@ -126,9 +141,9 @@ class MagnetometerExperiment(Experiment):
                 component=np.zeros(count, np.int64),
             ),
         )
-        self.sources = (self.magnitude, *([] if poses is None else [self._dip(poses)]))
+        self.sources = (self.magnitude, *([] if poses is None else [self._dip(poses, loading)]))
 
-    def _dip(self, poses: "StillPoses") -> Dip:
+    def _dip(self, poses: "StillPoses", loading: FloatArray) -> Dip:
         data, reference, count = self.data, poses.reference, len(poses.hold)
         matrix, bias = data.start
         field = (poses.reading - bias) @ (self._rotation @ matrix).T
@@ -159,6 +174,7 @@ class MagnetometerExperiment(Experiment):
             magnitude=data.field,
             sine=float(((up * field).sum(axis=1) / np.linalg.norm(field, axis=1)).mean()),
             unit=data.error_unit,
+            loading=np.resize(loading[len(data) :], (count, loading.shape[1])),
             labels=RowLabels(
                 index=len(data) + np.arange(count),
                 axis=np.full(count, -1),
@@ -189,13 +205,57 @@ class MagnetometerExperiment(Experiment):
         return {} if poses is None else dict(zip(poses.hold.tolist(), poses.reading, strict=True))
 
     def refined(self, found: "Minimum[Experiment]") -> "MagnetometerExperiment":
-        """See ``Experiment``: the second stage took for rotation what the effects do to the dip."""
-        if not len(found.terms) or self._poses is None or self._alignment is None:
+        """See ``Experiment``: rows weigh by the slow noise that they share.
+
+        And the second stage took for rotation what the effects do to the dip.
+        """
+        alignment, data = self._alignment, self.data
+        if len(found.terms) and self._poses is not None and alignment is not None:
+            # the shared parameters begin with the dip and the rotation (see ``Dip``)
+            turned = rotation_matrix(found.calibration.shared[1:4]) @ alignment.rotation
+            alignment = replace(alignment, rotation=turned)
+        slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
+        loading = None
+        if slow is not None and np.mean(found.residual**2 / found.system.own) < MAX_SLOW_NOISE**2:
+            loading = slow.loading(found.white_variance)
+        had = self.magnitude.loading.shape[1]
+        if alignment is self._alignment and (loading is None or not loading.shape[1]) and not had:
+            self._slow_errors, self._told_by = slow, found
             return self
-        # the shared parameters begin with the dip and the rotation (see ``Dip``)
-        turned = rotation_matrix(found.calibration.shared[1:4]) @ self._alignment.rotation
-        alignment = replace(self._alignment, rotation=turned)
-        return MagnetometerExperiment(self.data, alignment, self._poses)
+        return MagnetometerExperiment(data, alignment, self._poses, slow, loading)
+
+    def at_unit_determinant(self, calibration: Parameters) -> "MagnetometerExperiment":
+        """The same rows with the magnitude of the field by which this fit of them has det M = 1."""
+        data = rescaled(self.data, calibration.matrix, calibration.bias)
+        factor = data.field / self.data.field
+        slow = None if self._slow_errors is None else self._slow_errors.scaled(factor)
+        loading = factor * self.magnitude.loading
+        return MagnetometerExperiment(data, slow_errors=slow, loading=loading)
+
+    @property
+    def slow_noise_measured(self) -> bool | None:  # type: ignore[override]  # told by a fit
+        """See ``Experiment``: directions that come again show it."""
+        return None if self._slow_errors is None else self._slow_errors.measured
+
+    @property
+    def _spans(self) -> FloatArray:
+        return np.concatenate([source.labels.span for source in self.sources])
+
+    def _fitted(self, found: "Minimum[Experiment]") -> Fitted:
+        """What a fit leaves of all rows: the bias wanders, and the field's strength.
+
+        Two rows show the same error as far as the field has the same direction in them.
+        """
+        lever = np.concatenate([rows.lever for rows in found.rows])
+        basis, free, told = found.directions.columns, slice(0, len(found.directions)), ~found.slow
+        return Fitted(
+            errors=found.residual,
+            columns=found.system.columns[:, told],
+            variance=found.white_variance,
+            alike=lever @ lever.T,
+            pull=basis @ found.pull()[free],
+            strength=(np.arange(len(lever)) < len(self.magnitude.labels)).astype(float),
+        )
 
     def beside(self, found: "SensorFit") -> Beside:
         """See ``Experiment``."""
@@ -284,30 +344,19 @@ class MagnetometerExperiment(Experiment):
         return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
 
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
-        """See ``Experiment``: the sensor's bias wanders, and the field differs between places.
-
-        Two rows show the same error as far as the field has the same direction in them.
-        """
+        """See ``Experiment``: the sensor's bias wanders, and the field differs between places."""
         if found.balance.freedom.min() < 1.0:
             return None
-        lever = np.concatenate([rows.lever for rows in found.rows])
-        spans = np.concatenate([source.labels.span for source in self.sources])
-        order = np.argsort(spans.mean(axis=1), kind="stable")
-        basis, free = found.directions.columns, slice(0, len(found.directions))
-        alike = lever[order] @ lever[order].T
-        fitted = Fitted(
-            errors=found.system.residual[order],
-            columns=found.system.columns[order],
-            variance=found.white_variance[order],
-            alike=alike,
-            pull=basis @ found.pull()[free][:, order],
-            strength=(order < len(self.magnitude.labels)).astype(float),
-        )
-        by_errors = in_session(spans[order], [fitted], measured=False)
-        if by_errors is None:
+        fitted, slow = [self._fitted(found)], self._slow_errors
+        if slow is None or (self._told_by is not None and self._told_by is not found):
+            slow = slow_errors(self._spans, fitted, measured=False)
+        if slow is None:
             return None
+        by_errors = slow.covariance(fitted)
+        basis, free = found.directions.columns, slice(0, len(found.directions))
         balance = found.balance
-        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        precision = np.where(found.slow, 0.0, balance.precision)
+        by_priors = (balance.covariance * precision) @ balance.covariance
         by_priors = basis @ by_priors[free, free] @ basis.T
         return np.asarray(by_errors + by_priors + self.left_nominal(found))
 

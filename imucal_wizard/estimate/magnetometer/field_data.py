@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.directions import group_directions, unit_vectors
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, robust_deviation
@@ -32,6 +33,9 @@ WHOLE = 0.01
 """Of a step, by which a whole number of steps may be off: readings are printed with few digits."""
 SPIKE_SIGMAS = 8.0
 """Robust standard deviations of a sample from the mean of its neighbours that no motion makes."""
+SAME_FIELD = np.radians(6.0)
+"""Groups whose directions of the field differ by no more repeat one another. What a model lacks
+differs between them by a fifth at most; at 12° it would pass for a lack of repeatability."""
 PASSING_SECONDS = 15.0
 """A disturbance that lasts longer is the room or the sensor: it is fitted and judged."""
 
@@ -50,7 +54,8 @@ class FieldData:
         pieces: means of the readings, by group.
         samples: circumstances of the pieces.
         noise: variance of each group's mean magnitude by noise alone, shape (k,).
-        visits: number of the visit to a direction that each group is, shape (k,).
+        poses: number of the direction that each group repeats, shape (k,).
+        visits: number of the visit to that direction, shape (k,).
         circumstances: of the groups.
         start: M, symmetric, and b to begin with, shapes (3, 3) and (3,).
         model: what the directions determine.
@@ -67,6 +72,7 @@ class FieldData:
     pieces: Pieces
     samples: Circumstances
     noise: FloatArray
+    poses: IntArray
     visits: IntArray
     circumstances: Circumstances
     start: tuple[FloatArray, FloatArray]
@@ -143,6 +149,7 @@ def field_data(
     longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
     corrected = _field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
+    poses = group_directions(unit_vectors(pieces.mean(magnetic)), SAME_FIELD)
     return FieldData(
         unit=unit,
         error_unit=error_unit,
@@ -155,7 +162,8 @@ def field_data(
         noise=np.maximum(
             pieces.mean(noise) / pieces.samples + rounded, (SMALLEST_NOISE * magnitude) ** 2
         ),
-        visits=visits_of(pieces),
+        poses=poses,
+        visits=visits_of(pieces, poses),
         circumstances=within(samples, pieces),
         start=(matrix, bias),
         model=start.model,
@@ -191,6 +199,27 @@ def _rounding(scatter: FloatArray, step: FloatArray) -> FloatArray:
     still = scatter < step**2
     noise = (scatter * still).sum(axis=0) / np.maximum(still.sum(axis=0), 1)
     return np.asarray(still * rounding_variance(variance_before_rounding(noise, step), step))
+
+
+def rescaled(data: FieldData, matrix: FloatArray, bias: FloatArray) -> FieldData:
+    """The data of an unknown field with the magnitude by which a fit that found M has det M = 1.
+
+    Args:
+        data: of a known field, they stay.
+        matrix: M as found, shape (3, 3).
+        bias: b as found, shape (3,).
+    """
+    if data.known:
+        return data
+    size = float(np.cbrt(np.linalg.det(matrix)))
+    return replace(
+        data,
+        field=data.field / size,
+        noise=data.noise / size**2,
+        pieces=replace(data.pieces, extra=data.pieces.extra / size),
+        start=(matrix / size, bias),
+        left_out=tuple(run.scaled(1.0 / size) for run in data.left_out),
+    )
 
 
 def with_surroundings(data: FieldData, readings: Readings) -> FieldData:

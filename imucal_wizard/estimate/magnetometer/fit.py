@@ -17,8 +17,9 @@ from imucal_wizard.estimate.ellipsoid.surface import (
     radius_of,
     symmetric_matrix,
 )
-from imucal_wizard.estimate.fit import fit, minimum
+from imucal_wizard.estimate.fit import fit, report
 from imucal_wizard.estimate.gauge import symmetric
+from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment, StillPoses
 from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
@@ -147,13 +148,14 @@ def fit_magnetometer(
     warning = check_field(start.radius, series.unit, field)
     try:
         with np.errstate(all="ignore"):
-            data = of_unit_determinant(field_data(start, field, readings))
+            arrived = _arrived(field_data(start, field, readings))
+            data = arrived.experiment.data
             if published is None:
-                found = fit(MagnetometerExperiment(data))
+                found = report(arrived)
                 if not data.known:
                     found = replace(found, covariance=_covariance_at_unit_determinant(found))
             else:
-                found = published.run(FieldMagnitudes(start, MagnetometerExperiment(data)))
+                found = published.run(FieldMagnitudes(start, arrived.experiment))
     except np.linalg.LinAlgError:
         raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
     if not np.isfinite([*found.matrix.flat, *found.bias, *found.residuals]).all():
@@ -165,20 +167,13 @@ def fit_magnetometer(
     return replace(result, fit=replace(found, warnings=tuple(note for note in notes if note)))
 
 
-def of_unit_determinant(data: FieldData) -> FieldData:
-    """The data of an unknown field with the magnitude by which the fit has ``det M = 1``."""
-    if data.known:
-        return data
-    found = minimum(MagnetometerExperiment(data)).calibration
-    size = _size(data, found.matrix)
-    return replace(
-        data,
-        field=data.field / size,
-        noise=data.noise / size**2,
-        pieces=replace(data.pieces, extra=data.pieces.extra / size),
-        start=(found.matrix / size, found.bias),
-        left_out=tuple(run.scaled(1.0 / size) for run in data.left_out),
-    )
+def _arrived(data: FieldData) -> Minimum[MagnetometerExperiment]:
+    """The fit without effects, of an unknown field at the magnitude by which ``det M = 1``."""
+    found = minimum(MagnetometerExperiment(data))
+    refined = found.experiment.refined(found)
+    if refined is not found.experiment:
+        found = minimum(refined)
+    return found if data.known else minimum(refined.at_unit_determinant(found.calibration))
 
 
 def _covariance_at_unit_determinant(found: SensorFit) -> FloatArray | None:

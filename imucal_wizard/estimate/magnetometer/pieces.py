@@ -8,6 +8,7 @@ does to its readings is the same in all of them.
 """
 
 import heapq
+import math
 
 import numpy as np
 
@@ -185,7 +186,7 @@ def slices(
         fresh: which rows begin another visit and so another pose, shape (n,).
     """
     count = len(weight)
-    means = [np.asarray(row) for row in features]
+    means: list[list[float]] = features.tolist()  # of so few numbers lists are faster than arrays
     weights: list[float] = weight.tolist()
     after, before = list(range(1, count + 1)), list(range(-1, count - 1))
     version, alive = [0] * count, [True] * count
@@ -193,8 +194,7 @@ def slices(
 
     def costs(row: int, columns: int) -> float:
         other = after[row]
-        apart = (means[row] - means[other])[:columns]
-        square = float(apart @ apart)
+        square = math.dist(means[row][:columns], means[other][:columns]) ** 2
         return square * weights[row] * weights[other] / (weights[row] + weights[other])
 
     every = features.shape[1]
@@ -204,11 +204,11 @@ def slices(
     heapq.heapify(waiting)
     left = count
     while waiting and (left > most or alike):
-        _, row, mine, theirs = heapq.heappop(waiting)
+        _, row, own, others = heapq.heappop(waiting)
         if not alive[row] or after[row] >= count:
             continue
         other = after[row]
-        if version[row] != mine or version[other] != theirs:
+        if version[row] != own or version[other] != others:
             continue
         total = weights[row] + weights[other]
         within = scatter[row] + scatter[other] + costs(row, alike)
@@ -216,7 +216,10 @@ def slices(
             within > ONE_POSE_RADIANS**2 * total or (fresh is not None and fresh[other])
         ):
             continue
-        means[row] = (weights[row] * means[row] + weights[other] * means[other]) / total
+        means[row] = [
+            (weights[row] * mine + weights[other] * theirs) / total
+            for mine, theirs in zip(means[row], means[other], strict=True)
+        ]
         weights[row], alive[other], after[row] = total, False, after[other]
         scatter[row] = within
         version[row] += 1
@@ -250,15 +253,19 @@ def piece_noise(pieces: Pieces, magnitude: FloatArray, single: FloatArray | floa
     return median(squares) / MEDIAN_CHI_SQUARE
 
 
-def visits_of(pieces: Pieces) -> IntArray:
+def visits_of(pieces: Pieces, poses: IntArray) -> IntArray:
     """Number of the visit to a direction that each group is, shape (k,).
 
     Groups of one direction between which there is hardly time to turn away are one visit.
+
+    Args:
+        pieces: and their groups.
+        poses: number of each group's direction, shape (k,).
     """
     first, last = pieces.time[pieces.offsets[:-1]], pieces.time[pieces.offsets[1:] - 1]
     number = np.zeros(len(first), np.int64)
     known: dict[int, tuple[float, int]] = {}
-    for group, cell in enumerate(pieces.cell.tolist()):
+    for group, cell in enumerate(poses.tolist()):
         end, visit = known.get(cell, (-np.inf, -1))
         if first[group] - end > REVISIT_SECONDS:
             visit = group

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import BoolArray, Series
+from imucal_wizard.core.readings import BoolArray, Readings, Series
 from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of
 from imucal_wizard.estimate.magnetometer.field_disturbances import (
@@ -60,7 +60,11 @@ def with_magnetometer(
 
 
 def fit_during(
-    spans: Sequence[tuple[float, float]], series: Series, field: float | None, method: str
+    spans: Sequence[tuple[float, float]],
+    series: Series,
+    field: float | None,
+    method: str,
+    readings: Readings | None = None,
 ) -> MagnetometerFit:
     """The magnetometer by the samples of its own step.
 
@@ -73,6 +77,7 @@ def fit_during(
         series: all readings, in the order of time.
         field: magnitude of the local field, µT, or None.
         method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+        readings: all samples of the session, for temperature and current.
 
     Raises:
         DataError: the step was left out, or what was measured does not carry a calibration.
@@ -80,7 +85,7 @@ def fit_during(
     if not spans:
         check_readings(series.values)
         raise DataError("its step was left out")
-    found = fit_magnetometer(samples_during(spans, series), field, method)
+    found = fit_magnetometer(samples_during(spans, series), field, method, readings)
     _check_saturation(found, samples_during(((spans[0][0], spans[-1][1]),), series))
     return classify_unfitted(found, series, _within(spans, series))
 

@@ -206,6 +206,16 @@ def _alignment(
     )
 
 
+def leaning(up: FloatArray, turned: FloatArray) -> FloatArray:
+    """By how much small changes of up in each position turn R, rotation vector, shape (3, n, 3).
+
+    Args:
+        up: unit up in the accelerometer's frame, shape (n, 3).
+        turned: unit field there, by the alignment to these positions, shape (n, 3).
+    """
+    return np.asarray(-np.linalg.pinv(dip_columns(up, turned))[:3, :, None] * turned)
+
+
 def ends(up: FloatArray, field: FloatArray) -> list[End]:
     """R and level where the descents from all starts end, the one of least absolute errors first.
 

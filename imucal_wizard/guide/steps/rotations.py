@@ -349,7 +349,7 @@ class RotationsStage:
         elif self._judge.poised(up, axis):
             context.emit(EventKind.HOLD_TAKEN, "Start hold taken.")
         else:
-            context.emit(EventKind.HOLD_TAKEN, f"Held, but {axis} is not level here.")
+            context.emit(EventKind.WRONG_POSE, f"Held, but {axis} is not level here.")
 
     def view(self) -> Status:
         """The present rotation, or how to begin one."""

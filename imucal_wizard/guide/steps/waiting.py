@@ -1,4 +1,4 @@
-"""The steps that measure nothing: source, result, save."""
+"""The steps that measure nothing: source, result, save, verdict."""
 
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.measurements import KeptHold
@@ -9,6 +9,7 @@ WORDS: dict[StepKind, tuple[str, str]] = {
     StepKind.SOURCE: ("CHOOSE THE SOURCE", "look at the preview, then go on"),
     StepKind.RESULT: ("MEASURED", "look at the result; validate it, then save it"),
     StepKind.SAVE: ("SAVE THE RESULT", "choose where the calibration is written"),
+    StepKind.VERDICT: ("MEASURED", "look at the verdict"),
 }
 
 

@@ -27,6 +27,7 @@ from imucal_wizard.model.rows.source import (
     RowSource,
     hold_place,
     reference_names,
+    slow_names,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
 
@@ -72,11 +73,11 @@ class DipRows(Rows):
         return np.asarray(-np.einsum("hi,hip->hp", self._moved, columns))
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: by the sine of the dip, a rotation of the field, and each error of up."""
+        """See ``Rows``: by the dip's sine, a rotation of the field, errors of up, slow noise."""
         source = self._source
         turned = source.magnitude * np.cross(self.direction, source.up)
         doubts = source.magnitude * np.einsum("hi,hid->hd", self.direction, source.doubt)
-        return np.column_stack([np.full(len(doubts), -1.0), turned, doubts])
+        return np.column_stack([np.full(len(doubts), -1.0), turned, doubts, source.loading])
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +94,7 @@ class Dip(RowSource):
         magnitude: of the field.
         sine: s at about the middle of the poses, from which the shared parameter counts.
         labels: see ``RowSource``.
+        loading: by how much each of m slow errors of size one moves the rows, shape (h, m).
         unit: of corrected readings.
     """
 
@@ -105,6 +107,7 @@ class Dip(RowSource):
     magnitude: float
     sine: float
     labels: RowLabels
+    loading: FloatArray
     unit: str = "uT"
     kind = "dip"
     judged, at_rest, repeats_are_noise = False, True, False
@@ -115,12 +118,18 @@ class Dip(RowSource):
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
         turned = (f"misalignment_{axis}" for axis in AXES)
-        return ("dip", *turned, *reference_names(self.doubt))
+        return ("dip", *turned, *reference_names(self.doubt), *self.slow)
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
-        return (0.0, 0.0, 0.0, 0.0, *(1.0,) * self.doubt.shape[2])
+        priors = self.doubt.shape[2] + self.loading.shape[1]
+        return (0.0, 0.0, 0.0, 0.0, *(1.0,) * priors)
+
+    @property
+    def slow(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the slow noise
+        """See ``RowSource``."""
+        return slow_names(self.loading)
 
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""

@@ -7,7 +7,8 @@ field shows it across the field, ``e_f = θ − f (f·θ)``. With ``n = (u − f
     ψ = u·θ = ( e_f·n + (f·u) (e_g·f)/s ) / s.
 
 It is one row per rotation, a linear combination of the rows of the two closures, and so are its
-derivatives.
+derivatives. An error of the accelerometer moves up, and with it the alignment of the magnetometer,
+which was made by up: where poses leave angles undetermined, headings are off by these.
 """
 
 from collections.abc import Callable, Sequence
@@ -70,6 +71,10 @@ class HeadingRows(Rows):
         gravity = self.by_gravity.design_columns(terms)
         return self._combined(gravity, self.by_field.design_columns(terms))
 
+    def shared_columns(self) -> FloatArray:
+        """See ``Rows``."""
+        return self._combined(self.by_gravity.shared_columns(), self.by_field.shared_columns())
+
 
 @dataclass(frozen=True, eq=False)
 class FieldClosure(RowSource):
@@ -81,6 +86,8 @@ class FieldClosure(RowSource):
         holds: the holds at both ends of each rotation, shape (m, 2).
         noise: variance of each row by measured noise alone, rad², shape (m,).
         labels: see ``RowSource``.
+        leaning: by how much small changes of up in each hold turn the field of all holds, rotation
+            vector, shape (3, h, 3).
     """
 
     by_gravity: GravityClosure
@@ -88,6 +95,7 @@ class FieldClosure(RowSource):
     holds: IntArray
     noise: FloatArray
     labels: RowLabels
+    leaning: FloatArray
     kind = "heading"
     unit = "rad"
     judged, moving, noise_is_measured = False, True, False
@@ -110,10 +118,41 @@ class FieldClosure(RowSource):
         """See ``RowSource``."""
         return self.by_gravity.samples_of(row)
 
-    def under(self, up: FloatArray) -> "FieldClosure":
+    @property
+    def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
+        """See ``RowSource``."""
+        return self.by_gravity.shared
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return self.by_gravity.undetermined
+
+    @property
+    def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return self.by_gravity.shared_precision
+
+    def under(self, up: FloatArray, doubt: FloatArray, usual: int) -> "FieldClosure":
         """See ``RowSource``; the field's direction stays that of the alignment."""
         before, after = up[self.holds[:, 0]], up[self.holds[:, 1]]
-        return replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
+        moved = replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
+        return moved.doubting(doubt, usual)
+
+    def doubting(self, doubt: FloatArray, usual: int) -> "FieldClosure":
+        """The same rows with other errors of the accelerometer, by the arguments of ``under``."""
+        first, last = self.holds.T
+        turned = np.einsum("ihj,hjk->ik", self.leaning, doubt)
+
+        def moved(field: FloatArray) -> FloatArray:
+            return np.asarray(np.cross(turned.T, field[:, None], axisc=1))
+
+        gravity = replace(
+            self.by_gravity, before_doubt=doubt[first], after_doubt=doubt[last], usual=usual
+        )
+        field = self.by_field
+        field = replace(field, before_doubt=moved(field.before), after_doubt=moved(field.after))
+        return replace(self, by_gravity=gravity, by_field=field)
 
     @property
     def level(self) -> FloatArray:

@@ -18,6 +18,7 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     Rows,
     RowSource,
+    slow_names,
     unmeasured,
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
@@ -69,6 +70,10 @@ class FieldRows(Rows):
         columns = columns_of(terms, MAGNETOMETER, where)
         return -self._source.mean(np.einsum("qi,qip->qp", self._along, columns))
 
+    def shared_columns(self) -> FloatArray:
+        """See ``Rows``: by slow noise."""
+        return self._source.loading
+
 
 @dataclass(frozen=True, eq=False)
 class FieldMagnitude(RowSource):
@@ -84,6 +89,8 @@ class FieldMagnitude(RowSource):
         magnitude: of the field that corrected readings have, µT.
         labels: see ``RowSource``.
         unit: of corrected readings.
+        repeated: number of the direction that each group repeats, shape (k,).
+        loading: by how much each of m slow errors of size one moves the groups, µT, shape (k, m).
     """
 
     reading: FloatArray
@@ -94,10 +101,30 @@ class FieldMagnitude(RowSource):
     circumstances: Circumstances
     magnitude: float
     labels: RowLabels
+    repeated: IntArray
+    loading: FloatArray
     unit: str = "uT"
     kind, part = "field", "magnitude of the field"
-    # a direction that comes again comes from another place of the room
-    repeats_are_noise = False
+
+    @property
+    def poses(self) -> IntArray:
+        """See ``RowSource``."""
+        return self.repeated
+
+    @property
+    def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the slow noise
+        """See ``RowSource``."""
+        return self.slow
+
+    @property
+    def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return tuple(np.ones(len(self.slow)).tolist())
+
+    @property
+    def slow(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return slow_names(self.loading)
 
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""
@@ -143,6 +170,8 @@ class FieldMagnitude(RowSource):
             noise=np.resize(self.noise, count),
             circumstances=where,
             labels=unmeasured(count),
+            repeated=np.full(count, -1),
+            loading=np.zeros((count, 0)),
         )
 
     def at(self, calibration: Parameters, terms: Terms, near: Rows | None = None) -> FieldRows:

@@ -215,9 +215,10 @@ class ClosureRows(Rows):
         before, after = source.holds.T
         size = np.sqrt(source.tilts)
         # two directions across the up of each hold, the same for the rotations on either side
-        moved = np.swapaxes(across(source.before), 1, 2) * size[before, None, None]
-        moved = np.einsum("mji,mjk->mik", self.ends, moved)
-        measured = np.swapaxes(across(source.after), 1, 2) * size[after, None, None]
+        up = np.ones((len(size), 3))
+        up[before], up[after] = source.before, source.after
+        sides = np.swapaxes(across(up), 1, 2) * size[:, None, None]
+        moved, measured = np.einsum("mji,mjk->mik", self.ends, sides[before]), sides[after]
         change = np.concatenate(
             [
                 error_slope(carried, source.after, moved),

@@ -38,7 +38,8 @@ class RestRows(Rows):
         self.residual = rate.ravel()
         self.own = source.noise.ravel()
         force = source.circumstances.force
-        up = force / np.linalg.norm(force, axis=1)[:, None]
+        length = np.linalg.norm(force, axis=1)[:, None]  # 0 where there is no accelerometer
+        up = force / np.where(length > 0.0, length, 1.0)
         self.direction = np.repeat(up, 3, axis=0)
         self.lever = np.tile(np.eye(3), (len(rate), 1))
 
@@ -78,6 +79,7 @@ class RateAtRest(RowSource):
         labels: see ``RowSource``; one variance component per axis.
         rounding: variance by which rounding shifts the readings of all holds alike, reading
             units², shape (3,).
+        group_word: see ``RowSource``.
     """
 
     reading: FloatArray
@@ -85,6 +87,7 @@ class RateAtRest(RowSource):
     circumstances: Circumstances
     labels: RowLabels
     rounding: FloatArray
+    group_word: str = "direction"
     kind = "still"
     unit = "rad/s"
     judged, at_rest, by_axis = False, True, True

@@ -169,7 +169,7 @@ class RowSource(ABC):
             nobody has measured, and only their scatter tells how well they are known.
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
-        repeats_are_noise: rows of one group differ by noise alone.
+        repeats_are_noise: rows of one pose differ by noise alone.
         labels: what each row is.
         part: what people call these data.
         prefix: with what the names of its pictures begin.
@@ -178,6 +178,8 @@ class RowSource(ABC):
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
+        slow: names of those that are slow noise told from the rows themselves. They weigh the rows
+            that share it; no error that is told is freed from it, and no floor holds it.
     """
 
     kind: str
@@ -196,6 +198,12 @@ class RowSource(ABC):
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
     undetermined: tuple[str, ...] = ()
+    slow: tuple[str, ...] = ()
+
+    @property
+    def poses(self) -> IntArray:
+        """Number of the pose that each row repeats, −1 for none, shape (n,)."""
+        return self.labels.group
 
     @abstractmethod
     def influences(self) -> tuple[Influence, ...]:
@@ -227,13 +235,16 @@ class RowSource(ABC):
             near: the rows of a calibration close by, from which effects may be evaluated.
         """
 
-    def under(self, up: FloatArray) -> "RowSource":
+    def under(self, up: FloatArray, doubt: FloatArray, usual: int) -> "RowSource":
         """The same rows with other directions of gravity in the holds.
 
         Args:
             up: unit vectors, shape (h, 3).
+            doubt: change of ``up`` with each of the k ways in which the accelerometer may be wrong
+                by one standard deviation, shape (h, 3, k).
+            usual: how many of them, the last, nothing measured: parameters of usual size.
         """
-        del up  # for rows that rest on gravity
+        del up, doubt, usual  # for rows that rest on gravity
         return self
 
     def elsewhere(
@@ -299,12 +310,16 @@ def hold_influences(c: Circumstances, number: IntArray) -> tuple[Influence, ...]
 
 
 def hold_place(number: int, force: FloatArray) -> str:
-    """A hold in words, by its number from 0 and its specific force."""
+    """A hold in words, by its number from 0 and its specific force, zero where it is unknown."""
+    if not force.any():
+        return f"hold {number + 1}"
     pose = _pose(force)
     return f"hold {number + 1}, {true_minus(pose) + ' up' if pose else 'between poses'}"
 
 
 def _pose(force: FloatArray) -> str | None:
+    if not force.any():
+        return None
     return nearest_pose(force, DIRECTIONS, POSE_TOLERANCE_DEG)
 
 
@@ -316,6 +331,11 @@ def joined(parts: Sequence[FloatArray]) -> FloatArray:
 def reference_names(doubt: FloatArray) -> tuple[str, ...]:
     """Names of the shared parameters of k error modes of the accelerometer, shape (…, k)."""
     return tuple(f"accelerometer_{k}" for k in range(doubt.shape[-1]))
+
+
+def slow_names(loading: FloatArray) -> tuple[str, ...]:
+    """Names of the shared parameters of slow noise, of m latent errors, shape (n, m)."""
+    return tuple(f"slow_{k}" for k in range(loading.shape[1]))
 
 
 def rounding_names(variance: FloatArray) -> tuple[str, ...]:

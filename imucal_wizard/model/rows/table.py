@@ -96,7 +96,7 @@ class ResidualTable:
 
     @property
     def repeats_are_noise(self) -> BoolArray:
-        """Whether rows of one group differ by noise alone."""
+        """Whether rows of one pose differ by noise alone."""
         return np.repeat([one.repeats_are_noise for one in self.sources], self._counts)
 
     @property
@@ -118,6 +118,11 @@ class ResidualTable:
     def group(self) -> IntArray:
         """What is left out together; −1 for rows that always stay. Unique in the table."""
         return groups_of(self.sources)
+
+    @property
+    def pose(self) -> IntArray:
+        """Which rows repeat one another, −1 for those that repeat nothing. Unique in the table."""
+        return numbered([one.poses for one in self.sources])
 
     @property
     def time(self) -> FloatArray:

@@ -6,20 +6,22 @@ the calibration file has measured, so that an error in ``write`` shows at once. 
 does not know is not cut out of the matrix: the smaller model is fitted again (``reduced``).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
+from typing import Any
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
-from imucal_wizard.core.records import dataclass
-from imucal_wizard.report.axes import named_values
+from imucal_wizard.core.records import dataclass, fields_of
+from imucal_wizard.report.axes import Axes, named_values
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.proof import SI_UNITS, Correction, Proof, nominal, own
 from imucal_wizard.report.reduced import Kept, reduced
 
+OWN_FRAME = "a rate table does not show how it lies to the accelerometer or in its housing"
 FORWARD = "from the reading to the corrected value"
 BACKWARD = "from the true value to the reading: matrices are inverse to those of this program"
 Files = Mapping[str, bytes]
@@ -65,7 +67,11 @@ class ExportTarget:
         notes: what the user must know or do.
         composes: how the names of the parameters begin that ``present`` must have; nothing where
             the program corrects no readings before they are recorded.
+        sent: the bytes that are sent to the board that uses the files; None where nothing is.
+        echoed: whether lines of that board confirm the files; see ``acquire.write_back``.
         frame: whether the accelerometer and the gyroscope share a body frame of its own.
+        corrects: how a controller with the parameters ``present`` corrects a sensor before its
+            readings are recorded; None where the program does not.
     """
 
     name: str
@@ -81,7 +87,10 @@ class ExportTarget:
     loses: Callable[[Calibration], tuple[str, ...]] = lambda _calibration: ()
     notes: Callable[[Calibration, ExportSettings], tuple[str, ...]] = lambda _one, _settings: ()
     composes: tuple[str, ...] = ()
+    sent: Callable[[Files], bytes] | None = None
+    echoed: Callable[[Files, Sequence[str]], str | None] = lambda _files, _lines: ""
     frame: bool = False
+    corrects: Callable[[ExportSettings, str], Axes] | None = None
 
 
 @dataclass(frozen=True)
@@ -167,6 +176,22 @@ def path_beside(source: Path, target: ExportTarget) -> Path:
     return source.with_name(f"{source.stem}.{word}{target.suffix}")
 
 
+def targets_document() -> dict[str, Any]:
+    """The targets for scripts, with what each cannot hold."""
+    listed = [
+        {"name": one.name, "title": one.title, "cannot_hold": one.cannot_hold}
+        for one in targets().values()
+    ]
+    return {"schema": "imucal-wizard/export-list/1", "targets": listed}
+
+
+def export_document(done: Exported) -> dict[str, Any]:
+    """What was written, for scripts (export/1)."""
+    places = {"path": str(done.path), "files": [str(one) for one in done.files]}
+    sensors = {name: fields_of(one) for name, one in done.sensors.items()}
+    return {"schema": "imucal-wizard/export/1", **fields_of(done), **places, "sensors": sensors}
+
+
 def write_export(
     calibration: Calibration, name: str, path: Path, settings: ExportSettings | None = None
 ) -> Exported:
@@ -182,12 +207,12 @@ def write_export(
         _refuse_counts(target, calibration)
     _check_present(target, settings.present)
     smaller, lost, again = reduced(calibration, target.keeps)
-    proof = Proof(calibration)
-    before = proof.errors(nominal(calibration), frame=False)
-    full = proof.errors(own(calibration), frame=False)
     files = target.write(smaller, settings)
     places = {tail: path.with_name(path.stem + tail) if tail else path for tail in files}
     _spare_others(target, files, places, settings)
+    proof = Proof(calibration)
+    before = proof.errors(nominal(calibration), frame=False)
+    full = proof.errors(own(calibration), frame=False)
     for tail, data in files.items():
         write_atomically(places[tail], data)
     corrections = target.read({tail: at.read_bytes() for tail, at in places.items()}, settings)
@@ -209,10 +234,18 @@ def write_export(
         rms_exported=first.rms_exported if sensors else None,
         unit=first.unit,
         direction=target.direction,
-        notes=(*again, *target.notes(smaller, settings)),
+        notes=(*again, *_own_frame(smaller), *target.notes(smaller, settings)),
         files=tuple(places.values()),
         sensors=sensors,
     )
+
+
+def _own_frame(calibration: Calibration) -> tuple[str, ...]:
+    """That nothing tells how a gyroscope that a rate table calibrated lies to other sensors."""
+    gyroscope = calibration.sensors.get("gyroscope")
+    if gyroscope is None or gyroscope.frame != "own":
+        return ()
+    return (f"the gyroscope is in its own frame: {OWN_FRAME}",)
 
 
 def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:

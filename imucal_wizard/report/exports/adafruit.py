@@ -8,6 +8,7 @@ CRC-16 (polynomial A001 reversed, start FFFF) over all before it.
 
 import json
 import struct
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,35 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     return found | ({"magnetometer": field} if single["mag_hardiron"].any() else {})
 
 
+def _sent(files: Files) -> bytes:
+    return files[_PACKET]
+
+
+def _echoed(files: Files, lines: Sequence[str]) -> str | None:
+    """Whether the board's ``Cal1`` and ``Cal2`` lines say what the packet does.
+
+    The first has the offsets, the hard iron and the field with three decimals, the second the nine
+    entries of S with four.
+    """
+    packet = _received(files[_PACKET])
+    soft = packet[10:][[0, 3, 4, 3, 1, 5, 4, 5, 2]]
+    wanted = (("Cal1:", packet[:10], 1e-3), ("Cal2:", soft, 1e-4))
+    told = ""
+    for word, values, last_digit in wanted:
+        echo = next((one for one in reversed(lines) if one.startswith(word)), None)
+        if echo is None:
+            return None
+        try:
+            found = np.array(echo.removeprefix(word).split(","), np.float64)
+        except ValueError:
+            return None
+        if found.shape != values.shape:
+            told = f"it echoes {len(found)} numbers after {word} and not {len(values)}"
+        elif (np.abs(found - values) > last_digit + 1e-6 * np.abs(values)).any():
+            told = told or f"it echoes {echo}"
+    return told
+
+
 _OFFSET = Kept(base=("bias",))
 TARGET = ExportTarget(
     name="adafruit",
@@ -139,4 +169,6 @@ TARGET = ExportTarget(
     read=_read,
     counts=False,
     loses=lost_alignment,
+    sent=_sent,
+    echoed=_echoed,
 )

@@ -1,7 +1,7 @@
 """Arduino: a sketch that corrects readings, without effects.
 
 ``corrected = M (reading − b)`` in the float of the board, and a line per second over the serial
-port as the self-test: what the first hold read, and what it becomes.
+port as the self-test: what the first hold read, and what it becomes and should become.
 """
 
 import numpy as np
@@ -37,16 +37,18 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     for name in calibration.sensors:
         samples = proof.samples(name)
         first = [0.0, 0.0, 0.0] if samples is None else samples.reading[0]
+        matrix, bias = np.array(calibration[name].matrix), np.array(calibration[name].bias)
+        wanted = " ".join(f"{one:.6f}" for one in matrix @ (np.array(first) - bias))
         word, values = f"IMUCAL_{name.upper()}", ", ".join(map(c_number, first))
         lines += [
             f"  float {name}[3] = {{{values}}};",
             f"  imucalApply({word}_M, {word}_B, {name});",
             f'  Serial.print("{name} ");',
             *(
-                f"  Serial.print{'ln' if i == 2 else ''}({name}[{i}], 6);"
-                + ("" if i == 2 else " Serial.print(' ');")
+                f"  Serial.print({name}[{i}], 6);" + (" Serial.print(' ');" if i < 2 else "")
                 for i in range(3)
             ),
+            f'  Serial.println(" expected {wanted}");',
         ]
     return {"": ("\n".join([*lines, "  delay(1000);", "}"]) + "\n").encode()}
 
@@ -79,4 +81,8 @@ TARGET = ExportTarget(
     keeps={name: Kept() for name in ("accelerometer", "gyroscope", "magnetometer")},
     write=_write,
     read=_read,
+    notes=lambda _calibration, _settings: (
+        "the sketch prints what each corrected reading is and should be",
+        "Arduino's editor wants the sketch in a folder of its own name",
+    ),
 )

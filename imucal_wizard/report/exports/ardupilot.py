@@ -17,6 +17,7 @@ from imucal_wizard.report.axes import (
     axes_of,
     check_range,
     follows_temperature,
+    head,
     named_values,
     three,
     warming,
@@ -72,7 +73,7 @@ def _present(settings: ExportSettings, sensor: str) -> Axes:
 
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
-    lines, slot = [f"# imucal-wizard {calibration.program}, {calibration.created}"], settings.slot
+    lines, slot = [head(calibration)], settings.slot
     warm = False
     for name, sensor in calibration.sensors.items():
         both = _present(settings, name).then(axes_of(sensor))
@@ -173,4 +174,5 @@ TARGET = ExportTarget(
     counts=False,
     notes=_notes,
     composes=("INS_ACC", "INS_GYR"),
+    corrects=_present,
 )

@@ -6,38 +6,36 @@ that the calibration is done.
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.report.axes import USUAL_COUNTS_PER_G, check_range, named_values, one_g
+from imucal_wizard.report.axes import (
+    NEUTRAL,
+    Axes,
+    Counts,
+    check_range,
+    named_values,
+    notes_of_counts,
+)
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
-from imucal_wizard.report.exports.inav import notes_of_counts
-from imucal_wizard.report.proof import Correction, Samples
+from imucal_wizard.report.proof import Correction
 from imucal_wizard.report.reduced import Kept
 
-_READS = "# one g reads nominally "
 
-
-def _offsets(data: bytes | None) -> FloatArray:
+def _settings(data: bytes | None) -> Axes:
     values = named_values(data)
     if not values:
-        return np.zeros(3)
-    return np.array([values[f"acc_calibration/{place}"] for place in range(3)])
+        return NEUTRAL
+    offset = np.array([values[f"acc_calibration/{place}"] for place in range(3)])
+    return Axes(offset, np.ones(3))
 
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     sensor = calibration["accelerometer"]
-    reads, counts = one_g(sensor), settings.counts_per_g or USUAL_COUNTS_PER_G
-    offsets = np.rint(_offsets(settings.present) + np.array(sensor.bias) * counts / reads)
+    g = Counts.of(sensor, settings.counts_per_g)
+    further = np.array(sensor.bias) * g.there / g.here
+    offsets = np.rint(_settings(settings.present).offset + further)
     check_range("acc_calibration {axis}", offsets, -32768, 32767)
     x, y, z = (int(one) for one in offsets)
-    lines = [
-        f"# imucal-wizard {calibration.program}, {calibration.created}",
-        f"{_READS}{reads:.9g} here and {counts:.9g} in the controller",
-        f"set acc_calibration = {x},{y},{z},1",
-        "save",
-    ]
-    return {"": ("\n".join(lines) + "\n").encode()}
+    return {"": g.commands(calibration, [f"set acc_calibration = {x},{y},{z},1"])}
 
 
 def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
@@ -46,15 +44,8 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     Raises:
         ValueError: the setting is not there.
     """
-    new, before = _offsets(files[""]), _offsets(settings.present)
-    words = files[""].decode().split(_READS)[1].split()
-    reads, counts = float(words[0]), float(words[3])
-
-    def correct(samples: Samples) -> FloatArray:
-        adc = samples.reading * counts / reads + before
-        return np.asarray((adc - new) * STANDARD_GRAVITY / counts)
-
-    return {"accelerometer": correct}
+    new, before = _settings(files[""]), _settings(settings.present)
+    return {"accelerometer": Counts.read(files[""]).correction(new, before)}
 
 
 TARGET = ExportTarget(
@@ -73,6 +64,6 @@ TARGET = ExportTarget(
     keeps={"accelerometer": Kept(("bias",))},
     write=_write,
     read=_read,
-    notes=notes_of_counts,
+    notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
     composes=("acc_calibration/2",),
 )

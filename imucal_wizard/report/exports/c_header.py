@@ -171,10 +171,19 @@ def _reference(sensor: Sensor) -> float:
     return (sensor.effects[0].reference_temperature or 0.0) if sensor.effects else 0.0
 
 
+_USE = (
+    "",
+    "     imucal_where where = {0};            // in C++ where{}",
+    "     imucal_accelerometer(y, &where, x);  // float y[3], x[3]",
+    "",
+    "   imucal_self_test() is 0 where the compiler computes what the program did. */",
+)
+
+
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     del settings
     lines = [f"/* imucal-wizard {calibration.program}, {calibration.created}", ""]
-    lines += ["   x = M (y - b) - e(x): m/s^2, rad/s, uT. */", _HEAD]
+    lines += ["   x = M (y - b) - e(x): m/s^2, rad/s, uT.", *_USE, _HEAD]
     for name, sensor in calibration.sensors.items():
         lines += ["", *constants(name, sensor), *_function(name, sensor)]
     lines += [*_self_test(calibration), "", "#endif"]
@@ -283,4 +292,5 @@ TARGET = ExportTarget(
     },
     write=_write,
     read=_read,
+    notes=lambda _calibration, _settings: ("to prove it there: imucal_self_test() returns 0",),
 )

@@ -5,25 +5,22 @@
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.report.axes import (
-    ASSUMED,
     NEUTRAL,
-    USUAL_COUNTS_PER_G,
     Axes,
+    Counts,
     axes_of,
     check_range,
     named_values,
-    one_g,
+    notes_of_counts,
 )
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
-from imucal_wizard.report.proof import Correction, Samples
+from imucal_wizard.report.proof import Correction
 from imucal_wizard.report.reduced import Kept
 
 _UNITY = 4096.0
-_READS = "# one g reads nominally "
 
 
 def _settings(data: bytes | None) -> Axes:
@@ -37,20 +34,18 @@ def _settings(data: bytes | None) -> Axes:
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     sensor = calibration["accelerometer"]
-    reads, counts = one_g(sensor), settings.counts_per_g or USUAL_COUNTS_PER_G
-    own = axes_of(sensor)
-    further = Axes(own.offset * counts / reads, own.scale * reads / STANDARD_GRAVITY)
+    g, own = Counts.of(sensor, settings.counts_per_g), axes_of(sensor)
+    further = Axes(own.offset * g.there / g.here, own.scale * g.here / STANDARD_GRAVITY)
     both = _settings(settings.present).then(further)
     zero, gain = np.rint(both.offset), np.rint(_UNITY * both.scale)
     check_range("acczero_{axis}", zero, -32768, 32767)
     check_range("accgain_{axis}", gain, 1, 8192)
     lines = [
-        f"# imucal-wizard {calibration.program}, {calibration.created}",
-        f"{_READS}{reads:.9g} here and {counts:.9g} in the controller",
+        f"set {word}_{axis} = {int(one)}"
+        for word, values in (("acczero", zero), ("accgain", gain))
+        for axis, one in zip("xyz", values, strict=True)
     ]
-    for word, values in (("acczero", zero), ("accgain", gain)):
-        lines += [f"set {word}_{a} = {int(one)}" for a, one in zip("xyz", values, strict=True)]
-    return {"": ("\n".join([*lines, "save"]) + "\n").encode()}
+    return {"": g.commands(calibration, lines)}
 
 
 def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
@@ -60,25 +55,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
         ValueError: the settings are not there.
     """
     new, before = _settings(files[""]), _settings(settings.present)
-    words = files[""].decode().split(_READS)[1].split()
-    reads, counts = float(words[0]), float(words[3])
-
-    def correct(samples: Samples) -> FloatArray:
-        adc = before.raw(samples.reading * counts / reads)
-        return np.asarray(new.corrected(adc) * STANDARD_GRAVITY / counts)
-
-    return {"accelerometer": correct}
-
-
-def notes_of_counts(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...]:
-    """What a controller that counts leaves open."""
-    del calibration
-    notes = ["the controller measures the gyroscope's bias itself at every start"]
-    if settings.counts_per_g is None:
-        notes.append(f"1 g is taken for {USUAL_COUNTS_PER_G:g} counts in the controller")
-    if settings.present is None:
-        notes.append(ASSUMED)
-    return tuple(notes)
+    return {"accelerometer": Counts.read(files[""]).correction(new, before)}
 
 
 TARGET = ExportTarget(
@@ -97,6 +74,6 @@ TARGET = ExportTarget(
     keeps={"accelerometer": Kept(("bias", "scale"))},
     write=_write,
     read=_read,
-    notes=notes_of_counts,
+    notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
     composes=("acczero_", "accgain_"),
 )

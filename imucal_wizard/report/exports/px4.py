@@ -1,9 +1,10 @@
 """PX4: a ``.params`` file of QGroundControl.
 
-    a = (raw − thermal − OFF) ⊙ SCALE,    w = raw − thermal − OFF,    m = S (raw − OFF)
+    a = (raw − thermal − OFF) ⊙ SCALE,    w = raw − thermal − OFF,    m = S (raw + P COMP − OFF)
     thermal = x0 + x1 d + x2 d² + x3 d³,  d = clamp(T, TMIN, TMAX) − TREF
 
-in m/s², rad/s and gauss, single precision; S is symmetric, with ODIAG x, y, z at 01, 02, 12. Each
+in m/s², rad/s and gauss, single precision; S is symmetric, with ODIAG x, y, z at 01, 02, 12. P is
+the throttle from 0 to 1 (CAL_MAG_COMP_TYP 1) or the current of the first battery in kA (2). Each
 line is vehicle, component, name, value, type (9 for a float, 6 for a whole number).
 """
 
@@ -19,11 +20,12 @@ from imucal_wizard.report.axes import (
     axes_of,
     check_range,
     follows_temperature,
+    head,
     named_values,
     three,
     warming,
 )
-from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
 from imucal_wizard.report.exports.adafruit import lost_alignment
 from imucal_wizard.report.proof import Correction, Samples
@@ -35,6 +37,8 @@ _THERMAL = {"accelerometer": "TC_A", "gyroscope": "TC_G"}
 _SCALED = ("accelerometer", "magnetometer")
 """Sensors that have scales in PX4."""
 _FLOAT, _INTEGER = 9, 6
+_POWER = {"µT/%": (1, 100.0), "µT/A": (2, 1000.0)}
+"""CAL_MAG_COMP_TYP by the unit of the effect, and how much of the recorded quantity P = 1 is."""
 _OFF_DIAGONAL = ((0, 1), (0, 2), (1, 2))
 
 
@@ -61,6 +65,11 @@ def _present(settings: ExportSettings) -> dict[str, float]:
         UsageError: it corrected the temperature, which does not compose.
     """
     values = named_values(settings.present)
+    if values.get("CAL_MAG_COMP_TYP", 0.0):
+        raise UsageError(
+            "the vehicle corrected the field of its currents while it was recorded "
+            "(CAL_MAG_COMP_TYP): set that to 0 and record again"
+        )
     if any(values.get(f"TC_{word}_ENABLE") == 1.0 for word in "AG"):
         raise UsageError(
             "the vehicle corrected the temperature while it was recorded (TC_A_ENABLE or "
@@ -99,7 +108,7 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
             ends = {"TREF": rise[1], "TMIN": low, "TMAX": high}
             rows |= {f"{thermal}{slot}_{end}": value for end, value in ends.items()}
     lines = [
-        f"# imucal-wizard {calibration.program}, {calibration.created}",
+        head(calibration),
         "# Vehicle-Id Component-Id Name Value Type",
     ]
     for key, number in rows.items():
@@ -109,19 +118,29 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     return {"": ("\n".join(lines) + "\n").encode()}
 
 
-def _field(calibration: Calibration, present: dict[str, float], slot: int) -> dict[str, float]:
-    """Hard and soft iron, in gauss, after what the vehicle did already."""
+def _field(
+    calibration: Calibration, present: dict[str, float], slot: int
+) -> dict[str, float | int]:
+    """Hard and soft iron and the field of currents, gauss, after what the vehicle did already."""
     sensor, before = calibration["magnetometer"], _soft_iron(present, slot)
     # S₂ (S₁ (m − o₁) − b₂) = S₂ S₁ (m − o₁ − S₁⁻¹ b₂), in the symmetric gauge
     soft = symmetric(np.array(sensor.matrix) @ before)[1]
     offset = _axes(present, "magnetometer", slot).offset + np.linalg.solve(
         before, np.array(sensor.bias) / _MICROTESLA_PER_GAUSS
     )
-    word, rows = f"CAL_MAG{slot}", {}
+    word = f"CAL_MAG{slot}"
+    rows: dict[str, float | int] = {}
     for axis, zero, scale, (i, j) in zip("XYZ", offset, np.diag(soft), _OFF_DIAGONAL, strict=True):
         rows[f"{word}_{axis}OFF"] = float(zero)
         rows[f"{word}_{axis}SCALE"] = float(scale)
         rows[f"{word}_{axis}ODIAG"] = float(soft[i, j])
+    for one in sensor.effects:
+        # M (y − b) − k I = M (y − b − M⁻¹ k I), in gauss of what the vehicle reads before S₁
+        kind, unity = _POWER[one.unit]
+        per_power = np.linalg.solve(np.array(sensor.matrix), np.array(one.sizes)) * unity
+        power = -np.linalg.solve(before, per_power / _MICROTESLA_PER_GAUSS)
+        rows["CAL_MAG_COMP_TYP"] = kind
+        rows |= {f"{word}_{axis}COMP": float(k) for axis, k in zip("XYZ", power, strict=True)}
     return rows
 
 
@@ -151,10 +170,16 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 
         return correct
 
+    powered = values.get("CAL_MAG_COMP_TYP", 0.0)
+    power = three(values, f"CAL_MAG{slot}_{{axis}}COMP", 0.0)
+
     def magnetic(samples: Samples) -> FloatArray:
         zero = _axes(present, "magnetometer", slot).offset
         gauss = samples.reading / _MICROTESLA_PER_GAUSS
         raw = gauss @ np.linalg.inv(_soft_iron(present, slot)).T + zero
+        unity = dict(_POWER.values()).get(int(powered))
+        if unity is not None:
+            raw = raw + samples.where.current[:, None] / unity * power
         away = raw - _axes(values, "magnetometer", slot).offset
         return np.asarray(_MICROTESLA_PER_GAUSS * away @ _soft_iron(values, slot).T)
 
@@ -169,28 +194,39 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     return found
 
 
+def _of_currents(one: SavedEffect) -> bool:
+    """Whether an effect is the field of a measured current or throttle."""
+    return one.term == "current" and one.unit in _POWER
+
+
 def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...]:
-    del calibration
+    here = (
+        "to prove it there: load it in QGroundControl (Parameters, Tools), start the vehicle anew; "
+        f"at rest the length of vehicle_acceleration is {calibration.gravity.value:.2f} m/s² in "
+        "each pose, up to the error below"
+    )
     if settings.present is not None:
-        return ()
-    return ASSUMED, "CAL_ACC0_ID and so on in the vehicle must be those of the sensors calibrated"
+        return (here,)
+    ids = "CAL_ACC0_ID and so on in the vehicle must be those of the sensors calibrated"
+    return ASSUMED, ids, here
 
 
 TARGET = ExportTarget(
     name="px4",
     title="PX4: parameter file of QGroundControl",
-    formula="a = (raw − thermal − OFF) · SCALE;  w = raw − thermal − OFF;  m = S (raw − OFF)",
+    formula="a = (raw − thermal − OFF) · SCALE;  w = raw − thermal − OFF;  "
+    "m = S (raw + P · COMP − OFF)",
     suffix=".params",
     cannot_hold=(
         "non-orthogonality of the accelerometer",
         "scale and cross-axis gains of the gyroscope",
-        "effects other than bias-temperature",
+        "effects other than bias-temperature and current",
         "standard errors",
     ),
     keeps={
         "accelerometer": Kept(("bias", "scale"), follows_temperature),
         "gyroscope": Kept(("bias",), follows_temperature),
-        "magnetometer": Kept(),
+        "magnetometer": Kept(takes=_of_currents),
     },
     write=_write,
     read=_read,
@@ -198,4 +234,5 @@ TARGET = ExportTarget(
     loses=lost_alignment,
     notes=_notes,
     composes=("CAL_",),
+    corrects=lambda settings, sensor: _axes(_present(settings), sensor, settings.slot),
 )

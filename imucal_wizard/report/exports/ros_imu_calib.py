@@ -53,6 +53,15 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     return {"accelerometer": correct}
 
 
+def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...]:
+    del settings
+    there = (
+        "to prove it there: run apply_calib with the parameter calib_file; at rest, in any pose, "
+        f"the length of linear_acceleration in corrected is {calibration.gravity.value:.3f} m/s²"
+    )
+    return (there,)
+
+
 TARGET = ExportTarget(
     name="ros-imu-calib",
     title="ROS imu_calib: YAML for the node apply_calib",
@@ -67,4 +76,5 @@ TARGET = ExportTarget(
     write=_write,
     read=_read,
     counts=False,
+    notes=_notes,
 )

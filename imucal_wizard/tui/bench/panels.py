@@ -6,8 +6,8 @@ from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sig
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
+from imucal_wizard.diagnose.effect_text import sizes_text
 from imucal_wizard.diagnose.suspects import largest
-from imucal_wizard.diagnose.verdict_text import sizes_text
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.model.effect import Effect

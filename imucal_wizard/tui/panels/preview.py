@@ -22,7 +22,7 @@ _WELCOME = (
         "device."
     ),
     "No device? Press enter to open the virtual IMU.",
-    "All samples are written to disk at once. You can quit at any time and continue later.",
+    "Samples are on the disk within a second. You can quit at any time and continue later.",
 )
 
 
@@ -61,13 +61,20 @@ def state_span(stream: "StreamStatus", name: str) -> Span:
     return f"{name}: waiting for samples …", "strong"
 
 
-def preview_rows(stream: "StreamStatus", width: int) -> list[Line]:
+def preview_rows(stream: "StreamStatus", width: int, device: str = "") -> list[Line]:
     """The newest values of the stream, with units, rate, losses, gravity and decimals.
 
     Where no samples arrive, only the problem and the newest line.
+
+    Args:
+        stream: its newest state.
+        width: columns.
+        device: what the history calls the device, or "".
     """
     width = max(30, width)
     rows = [line(stream.source or "source", "strong")]
+    if device and device != stream.source:
+        rows += wrapped(f"device: {device}", width, "quiet", indent="  ")
     if stream.line and not stream.samples:
         newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
         rows += [line(""), *newest[:_LINE_ROWS]]

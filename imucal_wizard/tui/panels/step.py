@@ -93,7 +93,6 @@ _SIGNS: dict[str, tuple[str, str]] = {
     EventKind.STEP_DONE: ("✓", "good"),
     EventKind.FINISHED: ("✓", "good"),
     EventKind.LINK_BACK: ("✓", "good"),
-    EventKind.WRITTEN_AGAIN: ("✓", "good"),
     EventKind.FLOWING: ("✓", "good"),
     EventKind.FIELD_BACK: ("✓", "good"),
     EventKind.STALLED: ("▲", "bad"),

@@ -8,6 +8,7 @@ from textual.binding import Binding, BindingType
 from textual.message import Message
 from textual.screen import Screen
 
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.tui.state import WizardState
@@ -28,6 +29,8 @@ VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 """Class of a screen for each size; the style sheet knows them."""
 
 _AFTER_RESULT = (StepKind.VALIDATE, StepKind.SAVE)
+_OF_A_CALIBRATION = TITLES.keys() - {StepKind.RECHECK, StepKind.VERDICT}
+"""Steps that are shown before a source tells its own."""
 _TITLE = "imucal-wizard"
 _OVER = "✓–"
 
@@ -86,7 +89,7 @@ class LiveScreen(Screen[None]):
         Binding("m", "app.mute", "sound", tooltip="switches the sounds off or on"),
         Binding(
             "q", "app.quit", "quit",
-            tooltip="quits; everything is on disk, and the session can be resumed",
+            tooltip="quits; the session can be resumed",
         ),
     ]  # fmt: skip
     step: str = StepKind.SOURCE
@@ -115,7 +118,7 @@ class LiveScreen(Screen[None]):
         if self.state.snapshot is not None:
             self.take(self.state.snapshot)
         else:
-            self._head(0.0, (), (StepKind.FIELD,), 18)
+            self._head(0.0, (), sorted({StepKind.FIELD, *(TITLES.keys() - _OF_A_CALIBRATION)}), 18)
 
     def lines(self, name: str) -> Lines:
         """A widget of this screen by its id."""
@@ -131,8 +134,7 @@ class LiveScreen(Screen[None]):
         if self.state.report is None and status.step in _AFTER_RESULT:
             skipped.add(StepKind.RESULT)
         absent: set[str] = {StepKind.FIELD} if snapshot.stream.magnetometer is None else set()
-        if status.steps:
-            absent |= {kind for kind in TITLES if kind not in status.steps}
+        absent |= {kind for kind in TITLES if kind not in (status.steps or _OF_A_CALIBRATION)}
         self._head(status.elapsed, sorted(skipped), sorted(absent), status.poses)
 
     def _head(
@@ -140,6 +142,20 @@ class LiveScreen(Screen[None]):
     ) -> None:
         steps, time = step_spans(self.step, skipped, absent, poses), clock(elapsed)
         self.lines("header").draw(lambda width, _: [header_row(steps, time, width)], (*steps, time))
+
+    def action_describe(self) -> None:
+        """Ask for device, place and operator; samples go on arriving."""
+        from imucal_wizard.tui.screens.describe import DescriptionScreen
+
+        def use(description: Description | None) -> None:
+            if description is not None:
+                self.state.describe(description)
+                self.described()
+
+        self.app.push_screen(DescriptionScreen(self.state.services.description), use)
+
+    def described(self) -> None:
+        """Show another description of the device."""
 
     def end(self, step: str) -> None:
         """Request the screen of another step, once."""

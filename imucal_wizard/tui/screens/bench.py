@@ -1,7 +1,8 @@
 """The bench: compare model and measurement, find what the model lacks, add it."""
 
 from collections.abc import Callable
-from typing import ClassVar
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual import work
 from textual.app import ComposeResult
@@ -36,6 +37,9 @@ from imucal_wizard.tui.threads import being_left, in_thread
 from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
 
+if TYPE_CHECKING:  # the app imports this module while its first screen is shown
+    from imucal_wizard.tui.app import BaseApp
+
 SAID = 3
 """Rows for the verdict; the page of the next poses shows all of it."""
 Act = Callable[[Bench], object]
@@ -44,7 +48,9 @@ _PREDICT = (
     "Predict first: look at the residuals (tab changes the plot), choose what you think is missing "
     "(↑↓), commit with enter. p shows the answer at once."
 )
+_IN_MEMORY = "▲ If the program is ended now, this model is lost: {}. s saves it."
 _ROSE = "▲ Only the fitted error fell, not the held-out error. u takes the term back."
+_TABLE = "On a rate table: record more steps or mountings and fit all files together."
 _CIRCLES = "For more circles, leave the bench and repeat the step Field."
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
@@ -60,13 +66,15 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         sensor: the sensor to show first; "" for the first one.
         live: the source is a device, which can measure more.
         predict: hide the answer until a guess.
+        alone: there is no screen below; leaving the bench leaves the program.
     """
 
     CSS_PATH = "bench.tcss"
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("question_mark", "app.explain('bench')", "help", tooltip="explains the bench"),
-        Binding("escape,b", "dismiss", "back", tooltip="leaves the bench"),
+        Binding("escape,b", "back", "back", tooltip="leaves the bench"),
         Binding("q", "app.quit", "quit", tooltip="leaves the program"),
+        Binding("s", "save", "save", tooltip="saves the calibration with the present models"),
         Binding(
             "enter", "enter(False)", "add it", key_display="enter",
             tooltip="adds the suspect; puts back a term of the base that was left out",
@@ -138,6 +146,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         *,
         live: bool = False,
         predict: bool = False,
+        alone: bool = False,
     ) -> None:
         super().__init__()
         self.selection = Selection()
@@ -147,6 +156,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         self.note: tuple[str, str] = ("", "")
         self._make = make
         self._live = live
+        self._alone = alone
         self._benches: Benches | None = None
         self._sensors: tuple[str, ...] = ()
 
@@ -183,7 +193,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             return parameters[0] is not hidden
         if action == "measure" and not self._live:
             return False
-        telling = ("next_poses", "undo", "added", "measure", "remove", "formula")
+        telling = ("next_poses", "undo", "added", "measure", "remove", "formula", "save")
         return not (hidden and action in telling)
 
     # Display
@@ -285,14 +295,14 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
     def _look(self) -> None:
         """Diagnose the selected sensor."""
-        self._do(f"Looking for what the {self.sensor} lacks …", lambda _bench: None)
+        self._do(f"Looking for what the {self.sensor} lacks …", None)
 
-    def _do(self, words: str, act: Act, choose: str = "") -> None:
+    def _do(self, words: str, act: Act | None, choose: str = "") -> None:
         """Change the model in a thread, then take a new snapshot.
 
         Args:
             words: message while it runs.
-            act: the change.
+            act: the change, or None.
             choose: the suspect to select afterwards.
         """
         if self._benches is not None and not self.busy:
@@ -301,15 +311,19 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self._work(self._benches, act, choose)
 
     @work
-    async def _work(self, benches: Benches, act: Act, choose: str) -> None:
+    async def _work(self, benches: Benches, act: Act | None, choose: str) -> None:
         bench = benches.bench(self.sensor) or benches.accelerometer
 
-        def done() -> BenchSnapshot:
-            act(bench)
-            return bench_snapshot(benches, bench)
+        def done() -> tuple[BenchSnapshot, str]:
+            problem = ""
+            if act is not None:
+                act(bench)
+                problem = self._owner.keep_model()
+            return bench_snapshot(benches, bench), problem
 
         try:
-            snapshot = await in_thread(done)
+            with nullcontext() if act is None else self._owner.unfinished():
+                snapshot, problem = await in_thread(done)
         except ImucalError as error:
             self.note = (str(error), "bad")
         else:
@@ -317,10 +331,44 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self.selection.select(choose)
             if snapshot.ladder[-1].confirmed is False:
                 self.note = (_ROSE, "warn")
+            if problem:
+                self.note = (_IN_MEMORY.format(problem), "bad")
+            elif act is None and (restored := self._owner.restored):
+                self.note = (f"✓ Here again: {restored}", "good")
+        self.busy = ""
+        self.redraw()
+
+    @property
+    def _owner(self) -> "BaseApp":
+        """The app, which saves the models."""
+        return cast("BaseApp", self.app)
+
+    @work
+    async def _save(self) -> None:
+        try:
+            saved = await self._owner.save_model()
+        except ImucalError as error:
+            self.note = (f"▲ not saved: {error}", "bad")
+        else:
+            self.note = (f"✓ saved: {saved.path}", "good")
         self.busy = ""
         self.redraw()
 
     # Keys
+
+    async def action_back(self) -> None:
+        """Leave the bench; without a screen below, the program."""
+        if self._alone:
+            await self.run_action("app.quit")
+        else:
+            self.dismiss(None)
+
+    def action_save(self) -> None:
+        """Save the calibration with the present models of all sensors."""
+        if self.selection.snapshot is not None and not self.busy:
+            self.busy, self.note = "Saving the calibration …", ("", "")
+            self.redraw()
+            self._save()
 
     def action_choose(self, by: int) -> None:
         """Select another suspect, or another term of the model."""
@@ -470,7 +518,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         if snapshot is None or self.busy:
             return
         if not snapshot.measured.at_rest:
-            self._tell(_CIRCLES)
+            self._tell(_CIRCLES if snapshot.measured.guided else _TABLE)
             return
         suspect = None if self.selection.entry is None else self.selection.entry.suspect
         self.dismiss(to_measure(snapshot.diagnosis, suspect)[0])

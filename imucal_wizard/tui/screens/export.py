@@ -2,7 +2,7 @@
 
 import asyncio
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual import on, work
 from textual.app import ComposeResult
@@ -20,6 +20,9 @@ from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # the app imports this module while its first screen is shown
+    from imucal_wizard.tui.app import BaseApp
 
 
 class ExportScreen(ModalScreen[None]):
@@ -60,7 +63,7 @@ class ExportScreen(ModalScreen[None]):
     async def _write(self, target: ExportTarget) -> None:
         try:
             if self._state.saved is None:
-                self._state.wrote(await asyncio.to_thread(self._state.save))
+                await cast("BaseApp", self.app).save_model()
             done = await asyncio.to_thread(self._state.export, target.name)
         except ImucalError as error:
             rows = [(f"▲ {error}", "warn")]

@@ -1,10 +1,9 @@
 """The steps result and save."""
 
-import asyncio
 import math
 import time
 from contextlib import suppress
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar, cast
 
 from textual import work
 from textual.app import ComposeResult
@@ -30,6 +29,9 @@ from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.threads import being_left, in_thread
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
+
+if TYPE_CHECKING:  # the app imports this module while its first screen is shown
+    from imucal_wizard.tui.app import BaseApp
 
 _DIAGNOSING = "Looking for what the models lack …"
 
@@ -302,8 +304,9 @@ class SaveScreen(FitScreen):
     """Fits again with the validation and saves."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("s", "save_again", "save the new model", tooltip="saves the model of the bench"),
+        Binding("s", "save_again", "save again", tooltip="saves the model as it is now"),
         Binding("x", "export", "export", tooltip="writes the calibration for another program"),
+        Binding("d", "describe", "device", tooltip="names device, place and operator in the file"),
         Binding("enter", "app.quit", "leave", show=False),
     ]
     step = StepKind.SAVE
@@ -321,10 +324,11 @@ class SaveScreen(FitScreen):
     @work(exclusive=True)
     async def save(self) -> None:
         """Fit again with the validation and write the file, in a thread."""
-        state = self.state
+        state, app = self.state, cast("BaseApp", self.app)
         try:
-            state.fitted(await in_thread(state.fit))
-            state.wrote(await asyncio.to_thread(state.save))  # a quit waits for it
+            with app.unfinished():
+                state.fitted(await in_thread(state.fit))
+                await app.save_model()
         except ImucalError as error:
             self.problem = str(error)
             self.post_message(Failed(error))
@@ -342,16 +346,18 @@ class SaveScreen(FitScreen):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         """Enable saving again only for another model."""
-        if action == "export":
+        if action in ("export", "describe"):
             return self.state.saved is not None and not self.problem
-        return (
-            self.state.unsaved
-            if action == "save_again"
-            else super().check_action(action, parameters)
-        )
+        if action == "save_again":
+            return self.state.unsaved or bool(self.problem)
+        return super().check_action(action, parameters)
 
     def action_save_again(self) -> None:
         """Write a new file with the model of the bench."""
+        self.save()
+
+    def described(self) -> None:
+        """Write the file with another description."""
         self.save()
 
     def news(self, width: int) -> list[Line]:
@@ -361,6 +367,9 @@ class SaveScreen(FitScreen):
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
         elif self.state.saved is not None:
             rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
+            device = self.state.services.description.named
+            known = f"device: {device}" if device else "no device: d names it, for its history"
+            rows += wrapped(f"  {known}", width, "quiet", indent="  ")
             if self.state.unsaved:
                 words = "▲ The bench has another model than this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")

@@ -4,6 +4,7 @@ import re
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from textual import on, work
@@ -34,7 +35,7 @@ VIRTUAL = SourceChoice(
     title="virtual IMU",
     detail="a simulated sensor to practise with; no hardware needed",
 )
-_PORT = re.compile(r"\w+://|/dev/|COM\d+$", re.IGNORECASE)
+_PORT = re.compile(r"\w+://|/dev/|COM\d+$|mavlink:", re.IGNORECASE)
 """Typed text of this form is a port or a URL; other text is a file."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
@@ -82,6 +83,10 @@ class SourceScreen(LiveScreen):
         Binding(
             "c", "columns", "columns and units", tooltip="sets columns and units"
         ),
+        Binding("d", "describe", "device", tooltip="names device, place and operator"),
+        Binding(
+            "d", "devices", "devices", tooltip="shows the devices that were measured, and drifts"
+        ),
         Binding("escape", "other", "other source", tooltip="closes this source"),
     ]  # fmt: skip
     step = StepKind.SOURCE
@@ -120,9 +125,9 @@ class SourceScreen(LiveScreen):
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:  # noqa: ARG002 (Textual's signature)
         """Enable the keys to choose, or those for an open source."""
-        if action in ("open", "type", "look"):
+        if action in ("open", "type", "look", "devices"):
             return self.state.source is None
-        if action == "other":
+        if action in ("other", "describe"):
             return self.state.source is not None
         if action == "columns":
             return self._columns_known
@@ -151,7 +156,7 @@ class SourceScreen(LiveScreen):
         """Look for ports and for sessions to resume."""
         services = self.state.services
         found = [VIRTUAL]
-        for look in (services.ports, services.earlier):
+        for look in (services.ports, services.calibrations, services.earlier):
             found += await in_thread(partial(self._found, look))
         self._choices = found
         self._list()
@@ -175,7 +180,19 @@ class SourceScreen(LiveScreen):
             self._open_typed()
         elif self._chosen is None or self._chosen is not self.state.choice:
             # an early enter must not replace the source of the command line while it opens
-            self._open(self._choices[self.query_one(OptionList).highlighted or 0])
+            self._take(self._choices[self.query_one(OptionList).highlighted or 0])
+
+    def _take(self, choice: SourceChoice) -> None:
+        """Open a source, or ask for the source of a recheck."""
+        if choice.kind is not SourceKind.RECHECK:
+            self._open(choice)
+            return
+        self.state.services.recheck_with(Path(choice.target))
+        self._choices = [
+            one for one in self._choices if one.kind in (SourceKind.VIRTUAL, SourceKind.PORT)
+        ]
+        self._list()
+        self._say(f"{choice.title}: {_QUESTION[0].lower()}{_QUESTION[1:]}")
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
@@ -203,6 +220,8 @@ class SourceScreen(LiveScreen):
             self._chosen = None
             self._say(f"▲ {choice.title or choice.target} cannot be opened", "bad")
             problem = str(error)
+            if "sessions" in error.settings:
+                problem = f"{problem}: imucal-wizard --sessions DIR"
             self.lines("preview").draw(lambda width, _: wrapped(f"▲ {problem}", width, "bad", "  "))
             given = choice is self.state.choice and choice.kind in _RECORDED
             self.post_message(Failed(error, always=given))
@@ -213,6 +232,7 @@ class SourceScreen(LiveScreen):
     def action_other(self) -> None:
         """Close this source and choose another."""
         self.state.drop()
+        self.state.services.recheck_with(None)
         self._chosen = None
         self._started = self._asked = False
         self._unknown_since = None
@@ -234,6 +254,16 @@ class SourceScreen(LiveScreen):
         if setup is not None and self.state.source is not None:
             self.state.source.set_setup(setup)
 
+    def described(self) -> None:
+        """Show another name of the device."""
+        self.draw_preview()
+
+    def action_devices(self) -> None:
+        """Show the devices with their histories."""
+        from imucal_wizard.tui.screens.devices import DevicesScreen
+
+        self.app.push_screen(DevicesScreen(self.state.services))
+
     def action_start(self) -> None:
         """Start the procedure, once samples have arrived."""
         if self._ready:
@@ -246,7 +276,7 @@ class SourceScreen(LiveScreen):
         chosen = self._chosen
         name = chosen.title or chosen.target if chosen else stream.source
         self._say(*state_span(stream, name))
-        self.lines("preview").draw(lambda width, _: preview_rows(stream, width))
+        self.draw_preview()
         if offered != self._offered:
             self._offered = offered
             self.refresh_bindings()
@@ -258,6 +288,14 @@ class SourceScreen(LiveScreen):
         if alone and not self._started and stream.rate > 0 and stream.accelerometer is not None:
             self._started = True
             self.action_start()
+
+    def draw_preview(self) -> None:
+        """Show the newest samples, below the device that they come from."""
+        snapshot, known = self.state.snapshot, self.state.services.description
+        if snapshot is not None:
+            self.lines("preview").draw(
+                lambda width, _: preview_rows(snapshot.stream, width, known.named)
+            )
 
     def _ask_in_time(self, stream: "StreamStatus") -> None:
         """Open the questions once no header can be expected to answer them."""

@@ -25,7 +25,7 @@ from imucal_wizard.tui.panels.step import (
 )
 from imucal_wizard.tui.panels.traces import trace_rows
 from imucal_wizard.tui.screens.base import LiveScreen
-from imucal_wizard.tui.screens.skip import SkipScreen
+from imucal_wizard.tui.screens.dialogs import SkipDialog
 from imucal_wizard.tui.text import Line, bar, line, wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
@@ -159,11 +159,11 @@ class StepScreen(LiveScreen):
         """State the consequence of skipping; skip after confirmation."""
         step = standard().step(StepKind(self.step))
 
-        def answered(skip: bool | None) -> None:
-            if skip:
+        def answered(answer: str | None) -> None:
+            if answer:
                 self.state.order("skip")
 
-        self.app.push_screen(SkipScreen(TITLES[step.kind], step.skipped), answered)
+        self.app.push_screen(SkipDialog(TITLES[step.kind], step.skipped), answered)
 
     def action_hand_turn(self, axis: str, sense: int) -> None:
         """Turn the virtual device."""
@@ -266,6 +266,17 @@ class ValidateScreen(PoseScreen):
     """Takes a few new orientations that the fit has not seen."""
 
     step = StepKind.VALIDATE
+
+
+class RecheckScreen(PoseScreen):
+    """Takes the poses that show most, in any order."""
+
+    step = StepKind.RECHECK
+
+    def progress_words(self, status: Status) -> str:
+        """How many of the changes would be seen."""
+        done, wanted = status.progress
+        return f"{done:.0f} of {wanted:.0f} changes would be seen"
 
 
 class UpDownScreen(PoseScreen):

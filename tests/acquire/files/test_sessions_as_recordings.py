@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions, read_files
-from imucal_wizard.acquire.files.session_file import corrections_note
+from imucal_wizard.acquire.files.session_salvage import corrections_note
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import RecordingError, SessionError

@@ -101,7 +101,7 @@ def test_a_direction_seen_again_later_is_another_visit() -> None:
     time = np.concatenate([np.arange(0.0, 10.0, 0.0125), np.arange(70.0, 80.0, 0.0125)])
     field = np.tile([0.0, 0.0, FIELD], (len(time), 1))
     pieces = pieces_of(time, field)
-    visits = visits_of(pieces)
+    visits = visits_of(pieces, pieces.cell)
     early = pieces.time[pieces.offsets[:-1]] < 40.0
     assert len(np.unique(visits[early])) == 1
     assert len(np.unique(visits[~early])) == 1

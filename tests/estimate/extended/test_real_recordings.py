@@ -72,11 +72,6 @@ def test_the_xsens_accelerometer_is_complete(name: str) -> None:
     assert with_it.rms_held_out > 1.2 * plain.rms_held_out
 
 
-@pytest.mark.xfail(
-    strict=True,
-    reason="with the rests of the first minute, in which the hand sways, nine more parameters "
-    "lower the error of rotations left out by 2 % and by 0.1 %",
-)
 @pytest.mark.parametrize("log", LOGS)
 def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
     """It hardly moves the fitted error and raises that of rotations left out.
@@ -90,6 +85,17 @@ def test_g_sensitivity_is_not_in_the_mikoff_logs(log: str) -> None:
     assert with_it.rms_held_out is not None
     assert 0.9 < with_it.rms_fitted / plain.rms_fitted < 1.1
     assert with_it.rms_held_out > plain.rms_held_out
+
+
+@pytest.mark.parametrize("log", LOGS)
+def test_rests_in_which_the_hand_sways_close_as_well_as_the_others(log: str) -> None:
+    """The first two rotations, between rests that turn by 0.2° to 0.46° from beginning to end.
+
+    Closed from mean direction to mean direction they miss by 4 to 8 mrad, the others by 1.2 mrad.
+    """
+    _, gyroscope = both("mikoff", log)
+    closures = fit(gyroscope).residuals
+    assert np.sqrt((closures[:2] ** 2).mean()) < 2.0 * np.sqrt((closures[2:] ** 2).mean())
 
 
 @pytest.mark.parametrize("terms", [(), (G_SENSITIVITY,)], ids=["base", "g-sensitivity"])

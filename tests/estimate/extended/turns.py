@@ -9,7 +9,8 @@ from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE, fit_accelerometer
-from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, gyroscope_experiment
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -106,7 +107,7 @@ def measured(
     """What the solver is given of this course, by the road that a recording takes."""
     holds, rotations = recorded(made, terms, sizes, noise or Noise(), rng, gyroscope)
     accelerometer = fit_accelerometer(holds, G, "m/s^2")
-    return gyroscope_experiment(holds, rotations, accelerometer, unit)
+    return gyroscope_minimum(holds, rotations, accelerometer, unit).experiment
 
 
 def recorded(

@@ -1,11 +1,12 @@
-"""From which size the verdict names the family of an effect in recordings like this one.
+"""Recordings with an effect that are made here: the size at which a rule is met in most of them.
 
-The rule of the verdict is applied to recordings that are made here: the pattern of the effect in
-draws of the noise that these data allow. In each draw the rule is met from one estimate ``l`` of
-the size on, in units of its standard deviation ``e``. The noise along the pattern itself moves the
-estimate and nothing else; it is Gaussian and independent of all other noise, so that a size ``s``
-is named in the share ``mean Φ(s/e − l)`` of recordings. All other noise is drawn: it turns one bent
-characteristic into a rippled one, and the verdict estimates from it how large the noise is.
+Such a recording is the pattern of the effect in a draw of the noise that these data allow. In each
+draw the rule is met from one estimate ``l`` of the size on, in units of its standard deviation
+``e``. The noise along the pattern itself moves the estimate and nothing else; it is Gaussian and
+independent of all other noise, so that at a size ``s`` the rule is met in the share
+``mean Φ(s/e − l)`` of recordings. All other noise is drawn: it turns one bent characteristic into a
+rippled one and a drift into a wandering bias, and the program estimates from it how large the noise
+is.
 
 The coordinates of a residual along every explanation (see ``Spectrum``) are linear in the size:
 draws are turned once, and each pattern once. Explanations and kinds of noise that hold next to no
@@ -13,24 +14,17 @@ probability where the rule is nearly met are left out.
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.hypotheses import UNKNOWN
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
-from imucal_wizard.diagnose.significance import MIN_WANDER_PROBABILITY
-from imucal_wizard.diagnose.verdict import (
-    MAX_NOISE_PROBABILITY,
-    MAX_UNKNOWN_PROBABILITY,
-    MIN_FAMILY_PROBABILITY,
-)
+from imucal_wizard.diagnose.significance import likely_noise
 
-NAMED_SHARE = 0.90
-"""Share of recordings in which the family is named at the size told."""
 DRAWS = 192
 """Of noise."""
 PILOTS = 8
@@ -43,8 +37,6 @@ MAX_SHARE_LEFT_OUT = 0.003
 """Probability of all explanations, and of all kinds of noise, that are left out."""
 MIN_SIGMA_SHARE = 1e-3
 """Of the probability of the likeliest σ, below which a size of the noise is left out."""
-FIRST_EXCESS = 1.15
-"""Estimate at which the search begins, over the least one that takes away squares enough."""
 USUAL_SLOPE = 0.8
 """By which log odds grow with the logarithm of a size, over the square of its estimate, until two
 sizes were tried."""
@@ -123,10 +115,8 @@ class NoiseDraws:
 
     def __init__(self, hypotheses: HypothesisSet, noise: FloatArray) -> None:
         self.hypotheses = hypotheses
-        shares = noise.sum(axis=1)
-        sizes = np.exp(noise @ np.log(SIGMAS) / np.maximum(shares, 1e-300))
-        ends = np.cumsum(np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0))
-        wander = np.searchsorted(ends / ends[-1], (np.arange(DRAWS) + 0.5) / DRAWS)
+        shares, sizes = likely_noise(noise)
+        wander = np.searchsorted(np.cumsum(shares), (np.arange(DRAWS) + 0.5) / DRAWS)
         # draws of any wander stand at any place, so that a part of them represents all
         wander = np.random.default_rng(1).permutation(wander)
         weights = hypotheses.frame.each_weights
@@ -140,134 +130,91 @@ class NoiseDraws:
         self.every = LikelyExplanations(hypotheses, np.arange(len(hypotheses.single) - 1), noises)
 
 
-def nameable_size(draws: NoiseDraws, pattern: FloatArray, family: str, squares: float) -> float:
-    """Size at which a family is named in nine of ten recordings; infinite where none is enough.
+@dataclass(frozen=True, eq=False)
+class Weighed:
+    """What is kept of the explanations, weighed in k draws.
+
+    Attributes:
+        places: of the explanations among the hypotheses, noise alone first, shape (h,).
+        single: probability of each explanation, shape (h, k).
+        sigma: expected noise under each explanation, shape (h, k).
+        noise: probability of each wander and σ, shape (k, wanders, sigmas).
+        taken: squares that each explanation takes away, expected over the wander, shape (h, k).
+    """
+
+    places: NDArray[np.intp]
+    single: FloatArray
+    sigma: FloatArray
+    noise: FloatArray
+    taken: FloatArray
+
+
+class EffectInDraws:
+    """One pattern of an effect in the draws.
 
     Args:
         draws: of the noise.
         pattern: what a size of one shows in the coordinates of the frame, shape (m,).
         family: of the effect.
-        squares: of the noise that a named family must take away.
-    """
-    error = 1.0 / np.sqrt((1.0 / draws.variance) @ pattern**2)
-    rule = _Rule(draws, pattern, family, squares)
-    size = FIRST_EXCESS * math.sqrt(squares) * float(np.median(error))
-    rule.keep_what_matters(size)
-    error = error[rule.used]
-    slope: FloatArray = USUAL_SLOPE * (size / error) ** 2
-    shares = np.full(len(error), 1.0 / len(error))
-    before: tuple[float, FloatArray] | None = None
-    for _ in range(MAX_TRIALS):
-        margin = rule.margin(size)
-        if before is not None:
-            slope = np.maximum((margin - before[1]) / math.log(size / before[0]), MIN_SLOPE)
-        before = size, margin
-        # nearly right for draws in which the rule is just met, and on the right side for the others
-        growth = np.clip(-margin / slope, -MAX_LOG_GROWTH, MAX_LOG_GROWTH)
-        wanted = size_reaching(NAMED_SHARE, shares, error, size * np.exp(growth) / error)
-        if abs(wanted - size) < MAX_CHANGE * size:
-            return wanted
-        size = wanted
-        if size > MAX_ESTIMATE * float(error.max()):
-            return np.inf
-    return size
-
-
-def size_reaching(share: float, shares: FloatArray, errors: FloatArray, least: FloatArray) -> float:
-    """Size whose estimate is above the least one in a share of recordings.
-
-    Args:
-        share: of the recordings.
-        shares: probability of each noise, shape (k,).
-        errors: standard deviation of the estimate in each, shape (k,).
-        least: estimate from which on a rule is met, in that, shape (k,).
-    """
-    low, high = 0.0, float(((least + 4.0) * errors).max())
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        deviates = (middle / errors - least) / math.sqrt(2.0)
-        reached = float(shares @ [0.5 + 0.5 * math.erf(one) for one in deviates])
-        low, high = (middle, high) if reached < share else (low, middle)
-    return high
-
-
-@dataclass(frozen=True, eq=False)
-class _Weighed:
-    """What is kept of the explanations, weighed in k draws.
-
-    Attributes:
-        single: probability of each explanation, shape (h, k).
-        sigma: expected noise under each explanation, shape (h, k).
-        noise: probability of each kept σ under each kept wander, shapes (k, sigmas).
-        taken: squares that each explanation takes away, expected over the wander, shape (h, k).
     """
 
-    single: FloatArray
-    sigma: FloatArray
-    noise: list[FloatArray]
-    taken: FloatArray
-
-
-class _Rule:
-    """The rule of the verdict (see ``decide_verdict``) in draws of noise with one pattern.
-
-    Args:
-        draws, pattern, family, squares: see ``nameable_size``.
-
-    Attributes:
-        used: places of the draws in which the rule is asked for, shape (k,).
-    """
-
-    def __init__(self, draws: NoiseDraws, pattern: FloatArray, family: str, squares: float) -> None:
-        self._draws, self._pattern, self._squares = draws, pattern, squares
+    def __init__(self, draws: NoiseDraws, pattern: FloatArray, family: str) -> None:
+        self._draws, self._pattern = draws, pattern
         known = draws.hypotheses
         self._along = [one.along(pattern[None])[0] for one in known.spectra]
         # the noise along the pattern is averaged over, and therefore taken out of the draws
         weighted = pattern / draws.variance
         self._own = (weighted * draws.coordinates).sum(axis=1) / (weighted @ pattern)
         self._of_family = np.array([family in one.families for one in known.single])
-        self._unknown = np.array([one.kind == UNKNOWN for one in known.single])
-        self._known, self.used = draws.every, np.arange(DRAWS)
+        self._known, self._used = draws.every, np.arange(DRAWS)
 
-    def margin(self, size: float) -> FloatArray:
-        """Log odds, or half squares of the noise, by which the rule is met in each draw, (k,)."""
-        found = self._weighed(size, self.used)
-        of_family = self._of_family[self._known.places]
-        unknown = self._unknown[self._known.places]
-        likeliest = np.argmax(np.where(of_family[:, None], found.single, -1.0), axis=0)
-        best = likeliest, np.arange(len(likeliest))
-        taken = found.taken[best] / np.maximum(found.sigma[best], 1.0) ** 2
-        present = _log_odds(found.single[of_family].sum(axis=0))
-        unnamed = _log_odds(found.single[unknown].sum(axis=0))
-        nothing = _log_odds(found.single[0])
-        margins = [
-            0.5 * (taken - self._squares),
-            present - _log_odds(MIN_FAMILY_PROBABILITY),
-            _log_odds(MAX_UNKNOWN_PROBABILITY) - unnamed,
-            _log_odds(MAX_NOISE_PROBABILITY) - nothing,
-        ]
-        return np.asarray(np.min(margins, axis=0))
+    def size_meeting(
+        self, rule: Callable[[Weighed], FloatArray], wanted: float, first: float
+    ) -> float:
+        """Size at which a rule is met in a share of recordings; infinite where none is enough.
 
-    def keep_what_matters(self, size: float) -> None:
+        Args:
+            rule: log odds, or half squares of the noise, by which it is met in each draw.
+            wanted: the share.
+            first: estimate at which the search begins, in standard deviations.
+        """
+        error = 1.0 / np.sqrt((1.0 / self._draws.variance) @ self._pattern**2)
+        size = first * float(np.median(error))
+        self._keep_what_matters(size)
+        error = error[self._used]
+        slope: FloatArray = USUAL_SLOPE * (size / error) ** 2
+        before: tuple[float, FloatArray] | None = None
+        for _ in range(MAX_TRIALS):
+            margin = rule(self._weighed(size, self._used))
+            if before is not None:
+                slope = np.maximum((margin - before[1]) / math.log(size / before[0]), MIN_SLOPE)
+            before = size, margin
+            # nearly right for draws in which the rule is just met, on the right side for the others
+            growth = np.clip(-margin / slope, -MAX_LOG_GROWTH, MAX_LOG_GROWTH)
+            found = _size_reaching(wanted, error, size * np.exp(growth) / error)
+            if abs(found - size) < MAX_CHANGE * size:
+                return found
+            size = found
+            if size > MAX_ESTIMATE * float(error.max()):
+                return np.inf
+        return size
+
+    def _keep_what_matters(self, size: float) -> None:
         """Leave out what is improbable at about this size."""
         found = self._weighed(size, np.arange(0, DRAWS, DRAWS // PILOTS))
         # the family itself is asked about, however improbable it is
         of_family = self._of_family[self._known.places[1:]]
         shares = np.where(of_family, 1.0, found.single[1:].mean(axis=1))
-        kinds = [noise.mean(axis=0) for noise in found.noise]
-        least = _least_kept(np.concatenate(kinds))
-        noises = [
-            (wander, sigmas[kind >= least])
-            for (wander, sigmas), kind in zip(self._known.noises, kinds, strict=True)
-        ]
+        kinds = found.noise.mean(axis=0)
+        likely = kinds >= _least_kept(kinds.ravel())
+        noises = [(k, np.flatnonzero(own)) for k, own in enumerate(likely) if own.any()]
         kept = self._known.kept[shares >= _least_kept(shares)]
-        noises = [one for one in noises if len(one[1])]
         self._known = LikelyExplanations(self._draws.hypotheses, kept, noises)
         each = sum(prior.size for prior in self._known.priors)
         step = int(np.clip(np.ceil(DRAWS * each / MAX_WEIGHTS), 1, DRAWS // MIN_DRAWS))
-        self.used = np.arange(0, DRAWS, step)
+        self._used = np.arange(0, DRAWS, step)
 
-    def _weighed(self, size: float, places: NDArray[np.intp]) -> _Weighed:
+    def _weighed(self, size: float, places: NDArray[np.intp]) -> Weighed:
         """Weigh what is kept in some of the draws, with an effect of this size."""
         draws, known = self._draws, self._known
         times = (size - self._own[places])[:, None]
@@ -289,28 +236,41 @@ class _Rule:
             weights.append(weight)
         highest = np.max([weight.max(axis=0).max(axis=1) for weight in weights], axis=0)
         single = np.zeros(squares[0].shape)
-        sigma, taken, noise = single.copy(), single.copy(), []
-        for weight, (_, sigmas) in zip(weights, known.noises, strict=True):
+        sigma, taken, noise = single.copy(), single.copy(), np.zeros_like(alone)
+        for weight, (wander, sigmas) in zip(weights, known.noises, strict=True):
             weight -= highest[:, None]
             np.exp(weight, out=weight)
             spreads = weight.shape[2] // len(sigmas)
             by_sigma = weight @ np.tile(np.eye(len(sigmas), dtype="f4"), (spreads, 1))
             single += by_sigma.sum(axis=2)
             sigma += by_sigma @ SIGMAS[sigmas]
-            noise.append(by_sigma.sum(axis=0))
+            noise[:, wander, sigmas] = by_sigma.sum(axis=0)
         total = single.sum(axis=0)
-        noise = [one / total[:, None] for one in noise]
-        for own, each_squares in zip(noise, squares, strict=True):
-            taken += own.sum(axis=1) * each_squares
-        return _Weighed(single / total, sigma / np.maximum(single, 1e-300), noise, taken)
+        noise /= total[:, None, None]
+        for (wander, _), each_squares in zip(known.noises, squares, strict=True):
+            taken += noise[:, wander].sum(axis=1) * each_squares
+        sigma /= np.maximum(single, 1e-300)
+        return Weighed(known.places, single / total, sigma, noise, taken)
+
+
+def _size_reaching(share: float, errors: FloatArray, least: FloatArray) -> float:
+    """Size whose estimate is above the least one in a share of recordings.
+
+    Args:
+        share: of the recordings.
+        errors: standard deviation of the estimate in each draw, shape (k,).
+        least: estimate from which on a rule is met, in that, shape (k,).
+    """
+    low, high = 0.0, float(((least + 4.0) * errors).max())
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        deviates = (middle / errors - least) / math.sqrt(2.0)
+        reached = 0.5 + 0.5 * sum(map(math.erf, deviates)) / len(errors)
+        low, high = (middle, high) if reached < share else (low, middle)
+    return high
 
 
 def _least_kept(shares: FloatArray) -> float:
     """The least of these probabilities that is kept where the smallest are left out."""
     ordered = np.sort(shares)
     return float(ordered[np.cumsum(ordered) > MAX_SHARE_LEFT_OUT][0])
-
-
-def _log_odds(share: FloatArray | float) -> FloatArray:
-    inside = np.clip(share, 1e-12, 1.0 - 1e-12)
-    return np.asarray(np.log(inside) - np.log1p(-inside))

@@ -1,0 +1,159 @@
+"""A recording of hours, read in pieces in constant memory.
+
+Plain text, text compressed by gzip, binary frames and sessions are decoded while they are read.
+Text that must be rewritten first (two bytes per character, timestamps of a serial monitor, one JSON
+list) is read whole.
+"""
+
+import zlib
+from collections.abc import Iterator
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+
+from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.decode.vocabulary import column_of_name
+from imucal_wizard.acquire.files import RecordingOptions, is_session
+from imucal_wizard.acquire.files.file_bytes import (
+    MAX_BYTES,
+    NotTextError,
+    decode_text,
+    read_bytes,
+    read_start,
+)
+from imucal_wizard.acquire.files.recording_files import (
+    FED_BYTES,
+    binary_format,
+    line_pieces,
+    misfits,
+    setup_of_file,
+    unreadable,
+    with_options,
+)
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.input import open_unpacked, unpacked
+from imucal_wizard.core.readings import Readings
+
+
+class LongRecording:
+    """One file of a recording; iterating reads it.
+
+    Args:
+        path: the file.
+        options: the user's statements about it.
+        place: number of the file in a pair of imu_tk's files.
+
+    Attributes:
+        warnings: messages to the user; complete at the end of the iteration.
+    """
+
+    def __init__(self, path: Path, options: RecordingOptions, place: int = 0) -> None:
+        self._path, self._options, self._place = path, options, place
+        self.warnings: tuple[str, ...] = ()
+
+    def __iter__(self) -> Iterator[Readings]:
+        """The readings, piece by piece.
+
+        Raises:
+            RecordingError: the file cannot be read, or something of it is not known.
+        """
+        try:
+            if self._options.as_format is None and is_session(self._path):
+                yield from self._session()
+            else:
+                yield from self._file()
+        except RecordingError as error:
+            if str(self._path) in str(error):
+                raise
+            raise RecordingError(f"{self._path}: {error}", settings=error.settings) from None
+
+    def _file(self) -> Iterator[Readings]:
+        setup = setup_of_file(self._options, self._place)
+        # a pipe can be read once only
+        whole = None if self._path.is_file() else unpacked(read_bytes(self._path), MAX_BYTES)
+        start = read_start(self._path) if whole is None else whole
+        lines = start[: start.rfind(b"\n") + 1] or start
+        binary = setup.format in formats() and formats()[setup.format].binary
+        notes: tuple[str, ...] = ()
+        text = lines
+        try:
+            if not binary:
+                text, notes = decode_text(lines)
+        except NotTextError:
+            found = binary_format(start)
+            if not found:
+                raise
+            binary, setup = True, replace(setup, format=found)
+        if text == lines and whole is None:
+            pieces = _pieces_of_file(self._path, text=not binary)
+        else:
+            whole = unpacked(read_bytes(self._path), MAX_BYTES) if whole is None else whole
+            text, notes = (whole, ()) if binary else decode_text(whole)
+            pieces = line_pieces(text)
+        intake = Intake(self._named(setup, text), recording=True)
+        yield from _decoded(intake, pieces)
+        if not intake.samples:
+            raise unreadable(intake, setup)
+        self.warnings = (*notes, *intake.warnings, *misfits(intake))
+
+    def _named(self, setup: StreamSetup, start: bytes) -> StreamSetup:
+        """The setup with the columns that the name of the file tells (``Accelerometer.csv``)."""
+        intake = Intake(setup, recording=True)
+        intake.feed(start, 0.0)
+        names = [column.name for column in intake.columns]
+        if setup.columns or not {name.lower() for name in names} >= {"x", "y", "z"}:
+            return setup
+        return replace(setup, columns=tuple(column_of_name(n, self._path.name) for n in names))
+
+    def _session(self) -> Iterator[Readings]:
+        from imucal_wizard.acquire.files.session_file import (
+            connect,
+            explain_damage,
+            read_meta,
+            read_pieces,
+        )
+
+        with explain_damage(self._path), closing(connect(self._path)) as connection:
+            connection.execute("PRAGMA query_only = 1")
+            try:
+                setup = StreamSetup.from_json(read_meta(connection).get("setup", {}))
+            except (UsageError, AttributeError) as error:
+                raise SessionError(f"{self._path} lacks its settings ({error})") from error
+            intake = Intake(with_options(setup, self._options))
+            yield from _decoded(
+                intake, ((data, arrival) for _, arrival, data in read_pieces(connection))
+            )
+        if not intake.samples:
+            raise RecordingError("nothing that can be read was received in this session")
+        self.warnings = intake.warnings
+
+
+def _decoded(intake: Intake, pieces: Iterator[tuple[bytes, float]]) -> Iterator[Readings]:
+    for data, arrival in pieces:
+        readings = intake.feed(data, arrival)
+        if readings is not None:
+            yield readings
+    last = intake.flush()
+    if last is not None:
+        yield last
+
+
+def _pieces_of_file(path: Path, *, text: bool) -> Iterator[tuple[bytes, float]]:
+    """The bytes of a file, unpacked; the last line of a text only if it is whole.
+
+    Raises:
+        RecordingError: the file cannot be read or is damaged.
+    """
+    try:
+        with open_unpacked(path) as file:
+            before = b""
+            while len(piece := file.read(FED_BYTES)) == FED_BYTES:
+                if before:
+                    yield before, 0.0
+                before = piece
+            end = before + piece
+            yield decode_text(end)[0] if text else end, 0.0
+    except (OSError, EOFError, zlib.error) as error:
+        raise RecordingError(f"{path} cannot be read to its end: {error}") from error

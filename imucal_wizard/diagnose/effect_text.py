@@ -1,0 +1,134 @@
+"""An effect in words: what it depends on, its sizes, what it costs to ignore it, what shows it."""
+
+import numpy as np
+
+from imucal_wizard.core.quantities import plus_minus, size_with_unit, with_unit
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.curve_shape import rms_size
+from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.optimal_design import Explained
+from imucal_wizard.diagnose.suspects import Suspect, largest
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
+from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
+
+MIN_SIZE_IN_ERRORS = 3.0
+"""A size is named from so many standard errors on."""
+
+MAX_NAMED_PARAMETERS = 3
+"""Parameters of one effect that a sentence names."""
+
+DEPENDS_ON = {
+    "force": "gravity",
+    "temperature": "the temperature",
+    "time": "the time",
+    "previous": "the pose before",
+    "vibration": "the vibration",
+    "current": "the current",
+}
+
+INPUT = {
+    ACCELEROMETER: "the force along an axis",
+    GYROSCOPE: "the rate of rotation",
+    MAGNETOMETER: "the direction of the field",
+}
+
+
+def dependence_text(bench: Bench, term: str) -> str:
+    """What an effect depends on, in words."""
+    against = next(one.against for one in bench.effects if one.name == term)
+    return f"follows {DEPENDS_ON.get(against, INPUT[bench.sensor])}"
+
+
+def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
+    """What the error depends on, which effect, its size, and what it costs to ignore it."""
+    effect = next(one for one in bench.effects if one.name == term)
+    sizes, errors = sizes_of(diagnosis, bench, effect)
+    word = "In the model now" if term in bench.fit.model else "Missing"
+    title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
+    return [
+        f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
+        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
+        f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
+    ]
+
+
+def sizes_of(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArray, FloatArray]:
+    """As fitted where the effect is in the model, else as it would come out."""
+    for term, sizes, errors in zip(
+        bench.fit.terms, bench.fit.sizes, bench.fit.size_errors, strict=True
+    ):
+        if term.name == effect.name:
+            return sizes, errors
+    for one in diagnosis.suspects:
+        if one.term == effect.name and one.trial is not None:
+            return one.trial.size, one.trial.standard_error
+    count = len(effect.parameters(bench.sensor))
+    return np.zeros(count), np.full(count, np.nan)
+
+
+def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
+    """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the most certain one.
+
+    Args:
+        effect: the effect.
+        sensor: whose.
+        sizes: shown unit, shape (p,).
+        errors: one standard deviation each, NaN where they are not known, shape (p,).
+    """
+    parameters = effect.parameters(sensor)
+    if effect.free:
+        size = with_unit(plus_minus(*rms_size(sizes, errors)), f"{parameters[0].unit} rms")
+        return f"{parameters[0].name[:1]} {size}"
+    certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
+    order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
+    clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
+    clear = clear or [largest(sizes, errors)]
+    parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
+    return with_unit(", ".join(parts), parameters[0].unit)
+
+
+def seen_from(one: Suspect) -> str:
+    """From which sizes on these data show an effect and name its family."""
+    if one.sized is None:
+        return ""
+    seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
+    if not np.isfinite(seen):
+        return "these data cannot show it at any size"
+    words = f"seen from {size_with_unit(seen, one.sized.unit)}"
+    if np.isfinite(named):
+        words += f", named from {size_with_unit(named, one.sized.unit)}"
+        if one.never_named:
+            words += f" but on {', '.join(one.never_named)} at no size"
+    else:
+        words += ", named at no size: other explanations leave as little"
+    if one.sized.variant is not None:
+        words += f" (at {one.sized.variant:.0f} s)"
+    hard = one.hardly_shown
+    return f"{words}; hardly ever on {', '.join(hard)}" if hard else words
+
+
+def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
+    price, when = cost_of_ignoring(effect, sensor, sizes), ""
+    if effect.against == "current":
+        when = " in a session whose motors draw up to 10 A"
+    elif effect.kind != "orientation":
+        when = " in a session of 20 minutes that warms the device by 20 °C"
+    return f"{price.words()}{when}"
+
+
+def difference_at_one_g(first: Explained, second: Explained) -> float:
+    """Angle between the up directions by one explanation and by the other, rms, degrees.
+
+    Both at their estimated sizes, the base model fitted to either: what the magnitude of gravity
+    cannot see may still turn the vector.
+    """
+    c = session_poses()
+    errors = [
+        one.effect.columns(ACCELEROMETER, c, one.variant) @ one.size for one in (first, second)
+    ]
+    left = left_by_magnitude(c.force, errors[0] - errors[1])
+    up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
+    across = left - up * (left * up).sum(axis=1, keepdims=True)
+    return root_mean_square(np.degrees(np.linalg.norm(across, axis=1) / c.gravity))

@@ -1,0 +1,144 @@
+"""The gyroscope without effects: which entries of M and b the rows determine, and their fit."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.accelerometer import BASE
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.gauss_newton import Minimum, minimum
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
+from imucal_wizard.estimate.gyroscope_start import start_matrix
+from imucal_wizard.estimate.noise import has_rate
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.rotation_set import rotation_set
+from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.nominal_gains import (
+    CROSS_PRIOR,
+    SCALE_PRIOR,
+    Nominal,
+    least_identifiable,
+    nominal_of,
+)
+from imucal_wizard.model.rows.source import (
+    ENTRIES,
+    MATRIX,
+    Parameters,
+)
+
+BLIND = 1e-10
+"""Share of a combination of gains in what the rotations show, below which they do not show it."""
+
+
+def datasheet_precision(nominal: Nominal, matrix: FloatArray) -> FloatArray:
+    """Precision of what datasheets say of M and b, shape (12,).
+
+    It holds what the data do not show, so that a first fit can tell what they do.
+    """
+    size, out = np.linalg.norm(matrix, 2), np.zeros(ENTRIES)
+    out[MATRIX] = (CROSS_PRIOR * size) ** -2.0
+    out[list(nominal.scales)] = (SCALE_PRIOR * size) ** -2.0
+    return out
+
+
+def gyroscope_minimum(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    accelerometer: SensorFit,
+    unit: str,
+    readings: Readings | None = None,
+    near: FloatArray | None = None,
+) -> Minimum[GyroscopeExperiment]:
+    """The fit without effects of what these rotations determine.
+
+    Args:
+        holds: those that the accelerometer was fitted to.
+        rotations: between them; those with a problem are left out.
+        accelerometer: its fit, with the effects it has.
+        unit: of the readings.
+        readings: what the holds were found in, for the session's beginning and the temperature.
+        near: a matrix to begin from, where one is known, shape (3, 3).
+
+    Raises:
+        DataError: no usable rotation, no mean at rest, or the rotations do not determine a scale
+            that has no nominal value.
+    """
+    if accelerometer.reference is None:
+        raise DataError("there is no fitted accelerometer to go on from")
+    turned, known = rotation_set(holds, rotations, accelerometer), unit != COUNT
+    reference = accelerometer.reference
+    rest = np.array([hold.gyroscope for hold in holds if has_rate(hold)], float).mean(axis=0)
+    ends = reference.up[turned.before], reference.up[turned.after]
+    matrix = near
+    if matrix is None:
+        matrix = start_matrix(turned.samples, *ends, turned.up, rest, known)
+    nominal = nominal_of(matrix, known)
+    start = Parameters(matrix, rest)
+    rough = GyroscopeExperiment(holds, turned, reference, unit, start, nominal, readings=readings)
+    whole = replace(rough.directions(BASE), precision=datasheet_precision(nominal, matrix))
+    return of_determined(minimum(rough, directions=whole), nominal)
+
+
+def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:
+    """The fit of what the rows determine.
+
+    Args:
+        found: a fit of all entries, in which datasheets hold what the rows do not show.
+        nominal: what a gain is that is not fitted.
+
+    Raises:
+        DataError: a scale is not determined and has no nominal value.
+    """
+    rough, free = found.experiment, found.experiment.free
+    while True:
+        again = determined_entries(found, nominal, free)
+        if found.experiment is not rough and again == free:
+            return found
+        free = again
+        found = minimum(rough.moved(found.calibration, free))
+
+
+def determined_entries(
+    found: Minimum[Experiment], nominal: Nominal, free: tuple[int, ...]
+) -> tuple[int, ...]:
+    """Which of the entries fitted the rows determine; the worst known gain goes first.
+
+    Raises:
+        DataError: a scale is not determined and has no nominal value.
+    """
+    gain = float(np.linalg.norm(found.calibration.matrix, 2))
+    count, entries = len(found.directions), list(free)
+    columns = found.system.columns[:, :count]
+    whole = columns.T @ (columns / found.balance.variance[:, None])
+    while True:
+        rows = [free.index(entry) for entry in entries]
+        inverse, blind = _inverse(whole[np.ix_(rows, rows)])
+        covariance, share = np.zeros((9, 9)), np.zeros(9)
+        gains = [place for place, entry in enumerate(entries) if entry < 9]
+        at = [entries[place] for place in gains]
+        covariance[np.ix_(at, at)] = inverse[np.ix_(gains, gains)] / gain**2
+        share[at] = blind[gains]
+        drop = least_identifiable(covariance, share, entries, nominal)
+        if drop is None:
+            return tuple(entries)
+        nominal.check(drop)
+        entries.remove(drop)
+        if not set(nominal.scales) & set(entries):
+            raise DataError(
+                "the rotations determine none of the gyroscope's scales: turn the device about "
+                "each axis in both senses between still positions, with that axis level"
+            )
+
+
+def _inverse(normal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse over what is determined, and each parameter's share in what is not."""
+    scale = np.sqrt(np.diag(normal))
+    scale = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(normal / np.outer(scale, scale))
+    seen = values > BLIND
+    inverse = (vectors[:, seen] / values[seen]) @ vectors[:, seen].T
+    return inverse / np.outer(scale, scale), (vectors[:, ~seen] ** 2).sum(axis=1)

@@ -1,0 +1,321 @@
+"""Errors of holds and rotations: on the data fitted, left out of the fit, and by noise alone."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import sample_quantile
+from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.outliers import Outlier, outlier
+from imucal_wizard.estimate.variance_components import (
+    determined,
+    inverted,
+)
+from imucal_wizard.model.rows.table import numbered
+
+HOLE = 1.0 / (1.0 + 42.0**2)
+"""Share of a group's own error left in its residual, below which the base model is fitted to it by
+nothing else: usual noise (1 mg) would then pass for a usual bias (42 mg)."""
+
+BLIND_TO_GROUP = 1e-9
+"""The same of the whole model, whose effects have priors."""
+
+NOT_SHOWN = 1e-6
+"""Share of a group's own error, of the largest share of any combination in it, below which the
+other rows do not show that combination."""
+
+EARLY = 2.0 / 3.0
+"""Share of the session that predicts what comes later."""
+
+MIN_LATER = 3
+"""Holds or rotations that are left to be predicted, at least."""
+
+
+def rms_fitted(found: Minimum[Experiment]) -> float:
+    """Error of holds or rotations on the data fitted."""
+    return items_of(found).rms(found.errors)
+
+
+def rms_held_out(found: Minimum[Experiment]) -> float | None:
+    """Error of holds or rotations left out; None where the others do not determine the model."""
+    out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
+    return None if out is None else items_of(found).rms(out[:, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Items:
+    """Judged rows by what they are of: errors are told per hold, per rotation.
+
+    Attributes:
+        rows: the judged rows, shape (j,).
+        item: number of each one's hold or rotation, shape (j,).
+    """
+
+    rows: IntArray
+    item: IntArray
+
+    def each(self, errors: FloatArray) -> FloatArray:
+        """Error of each hold (with its sign) or rotation (its angle) from those of all rows."""
+        own = errors[self.rows]
+        if len(own) == self.item.max(initial=-1) + 1:
+            return own
+        return np.sqrt(np.bincount(self.item, own**2))
+
+    def rms(self, errors: FloatArray) -> float:
+        """Of holds or rotations, from the errors of all rows."""
+        return self.mean(errors**2)
+
+    def mean(self, variances: FloatArray) -> float:
+        """Root of the mean variance of a hold or rotation, from the variances of all rows."""
+        return float(np.sqrt(variances[self.rows].sum() / (self.item.max(initial=0) + 1)))
+
+
+def items_of(found: Minimum[Experiment]) -> Items:
+    """The judged rows of a fit by hold or rotation."""
+    sources = found.experiment.sources
+    judged = np.concatenate([np.full(len(s.labels), s.judged) for s in sources])
+    index = numbered([source.labels.index for source in sources])
+    rows = np.flatnonzero(judged)
+    return Items(rows, np.unique(index[rows], return_inverse=True)[1])
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Errors of rows under the fit of all others, and what measured noise alone would make of them.
+
+    Attributes:
+        errors: shape (n,).
+        floor_fitted: expected rms of the fitted rows.
+        floor: expected rms of the rows left out.
+        interval: between which the rms of new holds or rotations lies nine times in ten.
+    """
+
+    errors: FloatArray
+    floor_fitted: float
+    floor: float
+    interval: tuple[float, float]
+
+
+def held_out(found: Minimum[Experiment]) -> HeldOut | None:
+    """Errors of each group of rows under the fit of all others; what noise would make of them.
+
+    The expected errors are the same linear maps as those of the rows, applied to the measured noise
+    of the rows and of the reference. With these maps E, the mean square held out is a quadratic
+    form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom
+    (Satterthwaite). A new row has its own noise and the errors of the fit of all rows. Slow noise
+    is in the interval, but in no floor.
+
+    Returns:
+        None where the other rows do not determine the model.
+    """
+    system, balance, reported = found.system, found.balance, found.reported
+    slow = system.columns[:, found.slow]
+    noise = np.column_stack([_noise_root(found), slow])
+    moved = balance.covariance @ ((system.columns / balance.variance[:, None]).T @ noise)
+    left = noise - system.columns @ moved
+    pulled = found.independent.measured(system.columns[:, reported] @ moved[reported])
+    noise = found.independent.measured(noise)
+    fitted, items = noise - pulled, items_of(found)
+    out = _under_the_others(
+        found,
+        np.column_stack([system.residual, left]),
+        np.column_stack([found.errors, fitted]),
+    )
+    if out is None:
+        return None
+    errors, expected = out[:, 0], out[:, 1:]
+    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
+    judged = expected[items.rows]
+    products = judged @ judged.T
+    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
+    usual = items.rms(errors) * new / items.mean((expected**2).sum(axis=1))
+    own = slice(0, noise.shape[1] - slow.shape[1])
+    return HeldOut(
+        errors=errors,
+        floor_fitted=items.mean((fitted[:, own] ** 2).sum(axis=1)),
+        floor=items.mean((expected[:, own] ** 2).sum(axis=1)),
+        interval=(
+            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
+            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
+        ),
+    )
+
+
+def _under_the_others(
+    found: Minimum[Experiment], left: FloatArray, errors: FloatArray
+) -> FloatArray | None:
+    """Errors of each group of rows under the fit of all others, shape (n, k).
+
+    With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
+    ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
+    small.
+
+    Args:
+        found: the fit of all.
+        left: what it leaves of k sets of independent rows, shape (n, k).
+        errors: the error of each measured row that is told of these, shape (n, k).
+
+    Returns:
+        None where the other rows do not determine the model.
+    """
+    system, balance, reported = found.system, found.balance, found.reported
+    independent, variance = found.independent, balance.variance
+    weighted = system.columns / variance[:, None]
+    base = np.ones(weighted.shape[1], bool)
+    base[found.sizes] = False
+    base_covariance = inverted(
+        system.columns[:, base].T @ weighted[:, base] + np.diag(balance.precision[base])
+    )
+    pulls = independent.measured(left / variance[:, None])
+    known, columns = independent.measured(weighted), independent.measured(system.columns)
+    out = errors.copy()
+    for rows in groups_by_size(found.groups):
+        root = _inverse_root(independent.blocks(1.0 / variance, rows))
+        white = root @ known[rows]
+        gate = unexplained(white[:, :, base] @ base_covariance, white[:, :, base])
+        inner = unexplained(white @ balance.covariance, white)
+        if (
+            np.linalg.eigvalsh(gate).min() < HOLE
+            or np.linalg.eigvalsh(inner).min() < BLIND_TO_GROUP
+        ):
+            return None
+        alone = np.swapaxes(root, 1, 2) @ np.linalg.solve(inner, root @ pulls[rows])
+        step = balance.covariance[reported] @ (np.swapaxes(known[rows], 1, 2) @ alone)
+        out[rows] += columns[rows][:, :, reported] @ step
+    return out
+
+
+def _inverse_root(blocks: FloatArray) -> FloatArray:
+    """``L⁻¹`` of each block L Lᵀ, shape (g, s, s)."""
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(blocks)))
+
+
+def groups_by_size(labels: IntArray) -> Iterator[IntArray]:
+    """Places of the members of each group, for all groups of one size at once.
+
+    Args:
+        labels: number of each one's group, −1 for none, shape (n,).
+
+    Yields:
+        Shape (groups, size).
+    """
+    order = np.argsort(labels, kind="stable")
+    order = order[labels[order] >= 0]
+    counts = np.bincount(labels[order])
+    sizes = np.repeat(counts, counts)
+    for size in distinct(counts[counts > 0]):
+        yield order[sizes == size].reshape(-1, size)
+
+
+def unexplained(lever: FloatArray, white: FloatArray) -> FloatArray:
+    """``1 − H`` of groups of rows: what their own pull on the fit leaves of their errors.
+
+    Args:
+        lever: whitened columns times the covariance, shape (groups, size, p).
+        white: whitened columns, shape (groups, size, p).
+
+    Returns:
+        Shape (groups, size, size).
+    """
+    return np.asarray(np.eye(white.shape[1]) - lever @ np.swapaxes(white, 1, 2))
+
+
+def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
+    """Errors of groups of rows under the fit of all others, ``(1 − H)⁻¹ r`` over what that shows.
+
+    Args:
+        unexplained: 1 − H of each group, shape (groups, size, size).
+        errors: under the fit of all, shape (groups, size).
+    """
+    values, vectors = np.linalg.eigh(unexplained)
+    seen = values > NOT_SHOWN * values[:, -1:]
+    inverse = np.where(seen, 1.0, 0.0) / np.where(seen, values, 1.0)
+    turned = np.swapaxes(vectors, 1, 2) @ errors[:, :, None]
+    return np.asarray((vectors @ (inverse[:, :, None] * turned))[:, :, 0])
+
+
+def _noise_root(found: Minimum[Experiment]) -> FloatArray:
+    """A root of the covariance of independent rows by noise, that of the reference included."""
+    own, columns = found.system.own, found.system.columns
+    return np.column_stack([np.diag(np.sqrt(own)), columns[:, found.measured]])
+
+
+def floor_fitted(found: Minimum[Experiment]) -> float:
+    """Expected rms of the fitted rows by noise alone, where none can be left out."""
+    system, reported = found.system, found.reported
+    noise, pull = _noise_root(found), found.pull()
+    fitted = noise + system.columns[:, reported] @ (pull[reported] @ noise)
+    fitted = found.independent.measured(fitted)
+    return items_of(found).mean((fitted**2).sum(axis=1))
+
+
+def why_none_held_out(found: Minimum[Experiment]) -> str:
+    """Why no error held out is known, and what to measure."""
+    words = {source.group_word for source in found.experiment.sources if source.judged}
+    one = " or ".join(sorted(words))
+    return (
+        f"without one of the {one}s the others do not determine this model, so none could be left "
+        "out to check it: add some"
+    )
+
+
+def rms_later(found: Minimum[Experiment]) -> float | None:
+    """Rms error of the later holds or rotations under the fit of the early part of the session.
+
+    What nothing slow moves (the base's directions without a part in a bias) is kept from all data,
+    so that rotations about one axis after another leave something to predict. None where the early
+    rows do not determine the rest, or too few are later.
+    """
+    time = np.concatenate([source.labels.time for source in found.experiment.sources])
+    early = time < sample_quantile(found.experiment.circumstances.time, EARLY)
+    items = items_of(found)
+    late = ~early[items.rows]
+    count = len(distinct(items.item[late]))
+    moving = np.ones(len(found.system.precision), bool)
+    moving[: len(found.directions)] = found.directions.slow
+    refit = _refitted(found, early, moving) if count >= MIN_LATER else None
+    if refit is None:
+        return None
+    known = moving & found.reported
+    columns = found.independent.measured(found.system.columns[:, known])
+    errors = found.errors + columns @ refit[known[moving]]
+    return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
+
+
+def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
+    """Change of some parameters when some rows alone speak; None where these do not know them."""
+    system, balance, independent = found.system, found.balance, found.independent
+    columns = independent.measured(system.columns)[np.ix_(rows, moving)]
+    weighted = independent.weighted(columns, balance.variance, rows)
+    normal = columns.T @ weighted + np.diag(balance.precision[moving])
+    if not determined(normal):
+        return None
+    residual = independent.measured(system.residual)[rows]
+    pull = weighted.T @ residual + (balance.precision * system.value)[moving]
+    return np.asarray(-inverted(normal) @ pull)
+
+
+def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
+    """The hold or rotation that does not fit with all others, if one stands out."""
+    system, items, independent = found.system, items_of(found), found.independent
+    variance, covariance = found.balance.variance, found.balance.covariance
+    known = independent.measured(system.columns / variance[:, None])
+    pulls = independent.measured(system.residual / variance)
+    drops = np.zeros(items.item.max(initial=-1) + 1)
+    for places in groups_by_size(items.item):
+        rows = items.rows[places]
+        root = _inverse_root(independent.blocks(1.0 / variance, rows))
+        errors = (root @ pulls[rows][:, :, None])[:, :, 0]
+        white = root @ known[rows]
+        alone = left_out(unexplained(white @ covariance, white), errors)
+        drops[items.item[places[:, 0]]] = (errors * alone).sum(axis=1)
+    # the judged rows are mixed among themselves alone
+    own = (system.residual / np.sqrt(variance))[items.rows]
+    judged = distinct(system.kinds[items.rows])
+    freedom = float(found.balance.freedom[judged].sum())
+    size = len(own) // max(len(drops), 1)
+    return outlier(drops, float(own @ own), size, freedom)

@@ -1,0 +1,478 @@
+"""A device as its calibration file describes it, ready for rechecks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import datetime
+
+import numpy as np
+
+from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
+from imucal_wizard.core.errors import DataError, RecordingError, UsageError
+from imucal_wizard.core.limits import drift
+from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
+from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import number, quantity
+from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.diagnose.calibrated_sensor import (
+    CALIBRATED_SENSORS,
+    CalibratedSensor,
+    RecheckData,
+    TableGyroscope,
+)
+from imucal_wizard.diagnose.grade import given_limits
+from imucal_wizard.diagnose.recheck import (
+    Recheck,
+    RecheckCriteria,
+    SensorRecheck,
+    best_pose,
+    detection_powers,
+    device_verdict,
+    judge_field,
+    not_seen,
+    recheck,
+)
+from imucal_wizard.estimate.hold_search import find_holds
+from imucal_wizard.estimate.inertial import FAR, unit_notes
+from imucal_wizard.estimate.rate_table import find_table
+from imucal_wizard.estimate.rounded import steps_in, with_rounding
+from imucal_wizard.estimate.table_steps import KnownRates
+from imucal_wizard.guide.steps.recheck import Proposal
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.measurement.segmentation import rotations_between
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    MAGNETOMETER,
+    AxisEffect,
+    Effect,
+)
+from imucal_wizard.model.rows.source import ENTRIES, Parameters
+from imucal_wizard.report.calibration_file import Calibration, Sensor
+from imucal_wizard.run.snapshot import StreamStatus
+
+ENOUGH_HOLDS = 8
+LEAST_GAIN = 0.05
+"""After so many holds a pose that shows so little more (1 is one change) is not asked for."""
+SAME_PARAMETER = 1e-6
+"""Relative difference between a parameter in the list and the one that the matrix has, beyond which
+a file was edited: it is written with all digits."""
+TYPICAL_SHARE = 0.1
+"""Standard error of a calibration that states none, over the changes that a recheck looks for."""
+PROVEN = 1.5
+"""Error of a calibration on its own holds over the one that it states, beyond which the file
+was edited; usually the two differ by some per cent."""
+
+
+@dataclass(frozen=True)
+class RecheckSettings:
+    """The user's choices; ``diagnose.recheck.RecheckCriteria`` follow from them and the file.
+
+    Attributes:
+        now: date and time, for the age of the calibration.
+        grade: of the sensors.
+        limits: of use, by sensor: m/s², rad (over a usual rotation), µT.
+        gyro_zeroed: the gyroscope's bias is zeroed at each start.
+        gravity: local gravity, m/s²; None for that of the calibration.
+        own: the user's own effects that the calibration may have.
+        table: what a rate table did, for a gyroscope that it alone has calibrated.
+    """
+
+    now: datetime
+    grade: str = USUAL_GRADE
+    limits: Mapping[str, float] | None = None
+    gyro_zeroed: bool = False
+    gravity: float | None = None
+    own: Sequence[Effect] = ()
+    table: KnownRates = KnownRates()
+
+
+class CalibratedDevice:
+    """A calibration, ready for rechecks.
+
+    Args:
+        calibration: as it was saved.
+        settings: of the user.
+
+    Raises:
+        RecordingError: the file was edited by hand so that it contradicts itself.
+        UsageError: its gyroscope needs a rate table, or cannot be checked on one.
+
+    Attributes:
+        sensors: accelerometer and gyroscope.
+        warnings: what to know of the file.
+    """
+
+    def __init__(self, calibration: Calibration, settings: RecheckSettings) -> None:
+        check_unedited(calibration, settings.own)
+        check_table(calibration, settings.table)
+        self.calibration, self.settings = calibration, settings
+        self.warnings: list[str] = []
+        self._years = self._age()
+        self.sensors = {
+            name: self._known(kind, calibration[name]) for name, kind in _kinds(calibration).items()
+        }
+        known = CALIBRATED_SENSORS
+        limits = {
+            name: limit / (known[name].limit_seconds if name in known else 1.0)
+            for name, limit in (settings.limits or {}).items()
+        }
+        gravity = calibration.gravity.value if settings.gravity is None else settings.gravity
+        self.criteria = RecheckCriteria(gravity, settings.grade, limits, settings.gyro_zeroed)
+
+    def judged(self, measured: RecheckData, units: Mapping[str, str]) -> Recheck:
+        """The verdict on what was measured.
+
+        Args:
+            measured: holds and rotations.
+            units: of the readings, by sensor.
+
+        Raises:
+            UsageError: the readings have another unit than those of the calibration.
+        """
+        self.check_units(units)
+        seen = {name: one for name, one in self.sensors.items() if name in units}
+        sensors = recheck(seen, measured, self.criteria)
+        notes = [*self.warnings, *self._scale_notes(measured)]
+        for name, one in self.sensors.items():
+            if name not in units:
+                says = f"the recording has no {name}: x, y and z were not seen"
+                sensors[name] = not_seen(one, self.criteria, says)
+        if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
+            sensors[MAGNETOMETER] = self._field(measured)
+        return device_verdict(sensors, measured.seconds, notes)
+
+    def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
+        """The pose that would show most of what has not been seen.
+
+        Args:
+            collected: holds and rotations so far.
+            units: of the readings, by sensor.
+        """
+        try:
+            self.check_units(units)
+        except UsageError as error:  # the verdict says so; no pose changes it
+            return Proposal(None, 0, 1, str(error))
+        sensors = {name: one for name, one in self.sensors.items() if name in units}
+        measured = recheck_data(collected)
+        detection = detection_powers(sensors, measured, self.criteria)
+        powers = [
+            one.power
+            for each in detection
+            for one in each.seen(self.criteria.limits.get(each.known.sensor))
+        ]
+        count = sum(power >= drift.POWER for power in powers), len(powers)
+        own = self.sensors.get(ACCELEROMETER)
+        if not measured.holds or own is None:
+            return Proposal("+z", *count)
+        plain, reading = own.calibration, measured.holds[-1].accelerometer
+        best = best_pose(detection, self.criteria, plain.matrix @ (reading - plain.bias))
+        enough = len(measured.holds) >= ENOUGH_HOLDS
+        if best is None or (enough and best[1] < LEAST_GAIN):
+            return Proposal(None, *count)
+        return Proposal(best[0], *count, "of all poses it shows most of what was not seen yet")
+
+    def check_device(self, serial: str) -> None:
+        """Refuse another device than the one that was calibrated.
+
+        Args:
+            serial: number of the device that is checked, or "" where it is not known.
+
+        Raises:
+            UsageError: both serial numbers are known, and they differ.
+        """
+        known = self.calibration.serial
+        if known and serial and known != serial:
+            raise UsageError(
+                f"the calibration is of the device {known}, and these readings are of {serial}: "
+                "take the calibration of this device"
+            )
+
+    def check_units(self, units: Mapping[str, str]) -> None:
+        """Refuse readings in another unit than those that were calibrated.
+
+        Raises:
+            UsageError: they are.
+        """
+        for name, unit in units.items():
+            sensor = self.calibration.sensors.get(name)
+            if sensor is not None and sensor.bias_unit != unit:
+                raise UsageError(
+                    f"the {name} was calibrated in {sensor.bias_unit}, and these readings are in "
+                    f"{unit}: take the stream that was calibrated, or give its unit",
+                    settings=(f"{name}_unit",),
+                )
+
+    def _age(self) -> float:
+        created = seconds_of(self.calibration.date)
+        if created is None:
+            self.warnings.append("the calibration has no date: its age counts as a year")
+            return 1.0
+        return max((self.settings.now.timestamp() - created) / SECONDS_PER_YEAR, 0.0)
+
+    def _known(self, kind: type[CalibratedSensor], sensor: Sensor) -> CalibratedSensor:
+        calibration, name = self.calibration, kind.sensor
+        warm = [one.temperature for one in calibration.hold_means if one.temperature is not None]
+        temperature = float(np.mean(warm)) if warm else None
+        if temperature is None and calibration.temperature is not None:
+            temperature = float(np.mean(calibration.temperature))
+        first = sensor.effects[0] if sensor.effects else None
+        known = kind(
+            calibration=Parameters(
+                np.array(sensor.matrix),
+                np.array(sensor.bias),
+                np.concatenate([np.zeros(0), *(one.sizes for one in sensor.effects)]),
+            ),
+            unit=sensor.bias_unit,
+            covariance=np.zeros((ENTRIES, ENTRIES)),
+            terms=tuple(one.known(self.settings.own) for one in sensor.effects),
+            reference_temperature=_or_nan(first.reference_temperature if first else None),
+            reference_time=_or_nan(first.reference_time if first else None),
+            temperature=temperature,
+            coefficient=_coefficient(name, sensor),
+            scale_coefficient="scale-temperature" in sensor.model,
+            years=self._years,
+            seat=_seat(sensor, kind.error_unit),
+            limit=self._limit(name, sensor) / kind.limit_seconds,
+        )
+        covariance = known.left_out([n for n, one in sensor.parameters.items() if not one.carried])
+        if sensor.covariance is None:
+            self.warnings.append(
+                f"the {name}'s calibration has no standard errors: usual ones are taken"
+            )
+            bias, scale = (TYPICAL_SHARE * change for change in drift.CHANGES[name])
+            covariance += known.spread(np.full(3, bias**2), scale**2, scale**2)
+        else:
+            covariance[np.ix_(kind.entries, kind.entries)] += np.array(sensor.covariance)
+        return replace(known, covariance=covariance)
+
+    def _limit(self, name: str, sensor: Sensor) -> float:
+        """The limit of use that the calibration was graded for, else that of the grade."""
+        usual = given_limits([f"{name}={LIMITS_OF_USE[self.settings.grade][name]}"])[name]
+        return usual if sensor.limit is None else sensor.limit
+
+    def _scale_notes(self, measured: RecheckData) -> list[str]:
+        """What explains that gravity reads as no change of a sensor makes it."""
+        known = self.sensors.get(ACCELEROMETER)
+        if known is None or not measured.holds:
+            return []
+        means = np.array([hold.accelerometer for hold in measured.holds])
+        plain = known.calibration
+        size = np.linalg.norm((means - plain.bias) @ plain.matrix.T, axis=1)
+        ratio = self.criteria.gravity / max(float(np.median(size)), 1e-9)
+        return unit_notes(ratio) if abs(np.log(ratio)) > FAR else []
+
+    def _field(self, measured: RecheckData) -> SensorRecheck:
+        """The magnetometer, by constancy of magnitude and dip."""
+        sensor, readings = self.calibration[MAGNETOMETER], measured.readings
+        up_of, rows, vectors = self.calibration.sensors.get(ACCELEROMETER), [], []
+        series = None if readings is None else readings.magnetometer
+        for hold in measured.holds:
+            part = None if series is None else series.between(hold.start, hold.end)
+            if part is not None and len(part):
+                rows.append(hold.accelerometer)
+                vectors.append(sensor.apply(part.values).mean(axis=0))
+        limit = self.criteria.limits.get(MAGNETOMETER, self._limit(MAGNETOMETER, sensor))
+        up = None if up_of is None or not rows else up_of.apply(np.array(rows))
+        floor = sensor.error_as_left
+        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor)
+
+
+def recheck_data(
+    collected: Collected, seconds: float = 0.0, readings: Readings | None = None
+) -> RecheckData:
+    """What the wizard has collected, as a recheck takes it.
+
+    Args:
+        collected: holds and rotations.
+        seconds: duration, s.
+        readings: the recording, where it is at hand.
+    """
+    holds = with_rounding(collected.holds, steps_in(collected))
+    return RecheckData(holds, collected.rotations, seconds, readings)
+
+
+def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
+    """The recheck of a recording.
+
+    Args:
+        known: the calibration.
+        readings: the recording.
+
+    Raises:
+        DataError: the recording is too short, or the device was never at rest.
+        UsageError: its readings have another unit than those of the calibration.
+    """
+    units = {ACCELEROMETER: readings.accelerometer.unit}
+    for name in (GYROSCOPE, MAGNETOMETER):
+        series = getattr(readings, name)
+        if series is not None and len(series):
+            units[name] = series.unit
+    known.check_units(units)
+    if known.settings.table:
+        return _recheck_on_table(known, readings)
+    if not len(readings):
+        raise DataError("the recording has no accelerometer: a recheck needs gravity")
+    holds, steps = find_holds(readings, known.criteria.gravity)
+    holds = with_rounding(holds, steps)
+    turned = readings.gyroscope
+    rotations = [] if turned is None else rotations_between(holds, turned, readings.accelerometer)
+    time = readings.accelerometer.time
+    return known.judged(RecheckData(holds, rotations, float(time[-1] - time[0]), readings), units)
+
+
+def _recheck_on_table(known: CalibratedDevice, readings: Readings) -> Recheck:
+    """The recheck of a gyroscope by known rates or angles of a rate table.
+
+    Raises:
+        DataError: the recording has no gyroscope, or nothing in it has the listed rates.
+    """
+    series = readings.gyroscope
+    if series is None or not len(series):
+        raise DataError("the recording has no gyroscope, which alone a rate table shows")
+    data = find_table(series, known.settings.table)
+    seconds = float(series.time[-1] - series.time[0])
+    measured = RecheckData((), (), seconds, readings, data)
+    return known.judged(measured, {GYROSCOPE: series.unit})
+
+
+def recheck_collected(
+    known: CalibratedDevice,
+    collected: Collected,
+    stream: StreamStatus,
+    seconds: float,
+    readings: Readings | None,
+) -> Recheck:
+    """The recheck by what the wizard has collected.
+
+    Args:
+        known: the calibration.
+        collected: holds and rotations.
+        stream: the stream, for its units.
+        seconds: duration, s.
+        readings: the recording, where it is at hand.
+
+    Raises:
+        UsageError: the readings have another unit than those of the calibration.
+    """
+    units = stream.units
+    if readings is not None and readings.magnetometer is not None:
+        units[MAGNETOMETER] = readings.magnetometer.unit
+    return known.judged(recheck_data(collected, seconds, readings), units)
+
+
+def unreadable_recheck(known: CalibratedDevice, why: str) -> Recheck:
+    """The result of a recording in which nothing can be judged.
+
+    Args:
+        known: the calibration.
+        why: the reason.
+    """
+    sensors = {
+        name: not_seen(one, known.criteria, f"x, y and z were not seen: {why}")
+        for name, one in known.sensors.items()
+    }
+    return device_verdict(sensors, 0.0)
+
+
+def _kinds(calibration: Calibration) -> dict[str, type[CalibratedSensor]]:
+    """How each inertial sensor of a calibration is judged, in the order in which that is done."""
+    sensors = calibration.sensors
+    kinds = {name: kind for name, kind in CALIBRATED_SENSORS.items() if name in sensors}
+    if GYROSCOPE in kinds and calibration[GYROSCOPE].frame == "own":
+        kinds[GYROSCOPE] = TableGyroscope
+    return kinds
+
+
+def check_table(calibration: Calibration, table: KnownRates) -> None:
+    """Refuse a rate table where gravity is needed, and the other way round.
+
+    Raises:
+        UsageError: it is.
+    """
+    by_table = _kinds(calibration).get(GYROSCOPE) is TableGyroscope
+    if table and not by_table:
+        raise UsageError(
+            "this calibration has no gyroscope that a rate table alone has calibrated: recheck it "
+            "by holds and rotations"
+        )
+    if by_table and not table and not {ACCELEROMETER, MAGNETOMETER} & calibration.sensors.keys():
+        raise UsageError(
+            "a rate table alone has calibrated this gyroscope, and gravity does not show its "
+            "scale: record it on the table, and state the rates or angles",
+            settings=("rates",),
+        )
+
+
+_EDITED = "the calibration was edited by hand or is damaged"
+_BETTER = "take the file as it was saved"
+
+
+def check_parameters(calibration: Calibration) -> None:
+    """Refuse a file whose parameters contradict its matrices.
+
+    Raises:
+        RecordingError: a parameter is not that of matrix and bias.
+    """
+    for name, kind in _kinds(calibration).items():
+        sensor = calibration[name]
+        told = kind.named(np.array(sensor.matrix), np.array(sensor.bias), sensor.bias_unit)
+        for parameter, value in told.items():
+            listed = sensor.parameters.get(parameter)
+            scale = max(abs(value), 1e-3)
+            if listed is not None and not abs(listed.value - value) <= SAME_PARAMETER * scale:
+                raise RecordingError(
+                    f"{_EDITED}: the {name}'s {parameter} is "
+                    f"{number(listed.value, 6)} in the list and {number(value, 6)} by its matrix "
+                    f"and bias; {_BETTER}"
+                )
+
+
+def check_unedited(calibration: Calibration, own: Sequence[Effect] = ()) -> None:
+    """Refuse a file whose numbers contradict one another.
+
+    Args:
+        calibration: what the file says.
+        own: the user's own effects that it may have.
+
+    Raises:
+        RecordingError: a parameter is not that of matrix and bias, or the calibration does not
+            leave the error on its own holds that it states.
+    """
+    check_parameters(calibration)
+    felt = calibration.sensors.get(ACCELEROMETER)
+    if felt is None or not calibration.hold_means:
+        return
+    true = felt.apply(calibration.means(), calibration.circumstances(), own)
+    error = root_mean_square(np.linalg.norm(true, axis=1) - calibration.gravity.value)
+    if error > PROVEN * felt.rms_fitted:
+        raise RecordingError(
+            f"{_EDITED}: its error on the holds in the file is {quantity(error, felt.unit)} "
+            f"instead of {quantity(felt.rms_fitted, felt.unit)}; {_BETTER}"
+        )
+
+
+def _coefficient(name: str, sensor: Sensor) -> FloatArray | None:
+    """Standard error of the temperature coefficient of each bias, SI/°C; None without one."""
+    term = "bias-temperature"
+    if term not in sensor.model:
+        return None
+    one = effect(term)
+    size = one.sizes[name].si if isinstance(one, AxisEffect) else 1.0
+    each = (sensor.parameters.get(f"{term}_{axis}") for axis in AXES)
+    return np.array([size * (0.0 if p is None else p.standard_error or 0.0) for p in each])
+
+
+def _seat(sensor: Sensor, unit: str) -> float:
+    """Variance by which repeated poses scatter beyond their noise."""
+    floor = sensor.floor_fitted or sensor.floor or 0.0
+    if sensor.repeatability is None or sensor.repeatability_unit != unit:
+        return 0.0
+    own = floor**2 if sensor.unit == unit else 0.0
+    return max(sensor.repeatability**2 - own, 0.0)
+
+
+def _or_nan(value: float | None) -> float:
+    return np.nan if value is None else value

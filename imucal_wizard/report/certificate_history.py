@@ -1,0 +1,66 @@
+"""The history of the item in its calibration report: calibrations, rechecks and drift."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from imucal_wizard.core.dates import day_text
+from imucal_wizard.core.quantities import number, plus_minus, quantity, readable
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.device_history import own_key
+from imucal_wizard.report.history_text import drift_notes, verdict_word
+from imucal_wizard.sessions.drift import Drift, parameter_drifts
+from imucal_wizard.sessions.history import DeviceHistory
+
+THIS_REPORT = "this report"
+
+
+def item_history(history: DeviceHistory | None, calibration: Calibration) -> dict[str, Any] | None:
+    """What the history tells of the item; None where it has only the calibration of the report.
+
+    Args:
+        history: of the device, or None.
+        calibration: of the report.
+    """
+    if history is None or (len(history.calibrations) < 2 and not history.rechecks):
+        return None
+    drifts = parameter_drifts(history)
+    return {
+        "calibrations": _calibration_rows(history, calibration),
+        "rechecks": [_recheck_row(one.checked, one.document) for one in history.rechecks],
+        "drifts": [
+            [sensor, *_drift_row(name, one)]
+            for sensor, parameters in drifts.items()
+            for name, one in parameters.items()
+            if one.per_month is not None
+        ],
+        "notes": [text for text in drift_notes(history, drifts) if not text.startswith("▸")],
+    }
+
+
+def _calibration_rows(history: DeviceHistory, calibration: Calibration) -> list[list[str]]:
+    own = own_key(calibration)
+    rows = []
+    for one in history.calibrations:
+        date, file = day_text(one.measured), one.path.name
+        if one.measurement == own:
+            file = THIS_REPORT
+        for name, sensor in one.sensors.items():
+            found, left = (quantity(e, sensor.unit) for e in (sensor.as_found, sensor.error))
+            word = verdict_word({name: sensor.grade} if sensor.grade else {})
+            rows.append([date, name, found, left, word or "not judged", file])
+            date = file = ""
+    return rows
+
+
+def _recheck_row(checked: float, document: Mapping[str, Any]) -> list[str]:
+    verdict = str(document.get("verdict") or "").upper()
+    return [day_text(checked), verdict, str(document.get("says") or "")]
+
+
+def _drift_row(name: str, one: Drift) -> list[str]:
+    factor, sign = readable(one.unit)
+    error = None if one.standard_error is None else factor * one.standard_error
+    slope = 0.0 if one.per_month is None else factor * one.per_month
+    spread = "–" if one.spread is None else number(one.spread * factor, 2)
+    chance = "–" if one.p is None else number(one.p, 2)
+    return [name.replace("_", " "), str(one.dates), plus_minus(slope, error), spread, sign, chance]

@@ -1,0 +1,134 @@
+"""The models that were built on the bench while no file has them.
+
+They are written whenever they change, so that a program that ends without a question (a signal, a
+crash, a loss of power) has them when the bench of the same recording is opened again.
+"""
+
+import hashlib
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+
+from imucal_wizard.acquire.files import is_session
+from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.output import encode_json, write_atomically
+from imucal_wizard.diagnose.bench import ModelChange
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.model.formula import FormulaEffect
+
+
+class _BuiltModel(msgspec.Struct, frozen=True):
+    """The changes of one sensor's model, and the formulas that its effects were typed as."""
+
+    changes: tuple[ModelChange, ...]
+    formulas: dict[str, str]
+
+
+class _Draft(msgspec.Struct, frozen=True):
+    """The content of the file."""
+
+    written: float
+    models: dict[str, _BuiltModel]
+
+
+class BenchDraft:
+    """A file with the models of the benches of one recording.
+
+    Args:
+        recorded: the recording, or one session. What was measured identifies it, not its name.
+    """
+
+    def __init__(self, recorded: Sequence[Path]) -> None:
+        self._path = _place_of(recorded)
+        self._problem = "what was measured can be read only once" if recorded else ""
+        self._own = b""
+
+    def write(self, benches: Benches, since: Mapping[str, Sequence[str]]) -> str:
+        """Write the present models; no file is left where all of them are in another one.
+
+        Args:
+            benches: their benches.
+            since: the models that are in a file, by sensor.
+
+        Returns:
+            Why they cannot be written, or "".
+        """
+        if not benches.changed(since):
+            self.remove()
+            return ""
+        if self._path is None:
+            return self._problem
+        models = {
+            name: _BuiltModel(
+                bench.changes,
+                {
+                    one.name: one.equation
+                    for one in bench.catalogue
+                    if isinstance(one, FormulaEffect)
+                },
+            )
+            for name, bench in benches.opened.items()
+        }
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            written = encode_json(_Draft(time.time(), models))
+            write_atomically(self._path, written)
+        except (ImucalError, OSError) as error:
+            return str(error)
+        self._own = written
+        return ""
+
+    def restore(self, benches: Benches) -> str:
+        """Give the benches the models that were left in the file.
+
+        Returns:
+            What was restored and what could not be; "" for nothing.
+        """
+        try:
+            self._own = b"" if self._path is None else self._path.read_bytes()
+            found = msgspec.json.decode(self._own, type=_Draft)
+            when = f"{datetime.fromtimestamp(found.written).astimezone():%d %b %Y, %H:%M}"
+            before, lacking = benches.models, []
+            for sensor in (one for one in benches.sensors if one in found.models):
+                built, bench = found.models[sensor], benches.bench(sensor)
+                if bench is None or not built.changes:
+                    continue
+                own = [FormulaEffect(text, sensor, name) for name, text in built.formulas.items()]
+                bench.retrace(built.changes, own)
+                wanted = [name for name, _ in built.changes[-1].terms]
+                lacking += [f"{sensor} {one}" for one in wanted if one not in bench.fit.model]
+        except (ImucalError, OSError, ValueError, OverflowError):  # a damaged file, other data
+            return ""
+        told = "; ".join(benches.changed(before))
+        if lacking:
+            told = f"{told or 'nothing'}; not restored: {', '.join(lacking)}"
+        return f"{told} ({when}, in no file)" if told else ""
+
+    def remove(self) -> None:
+        """The models are in a file, or given up; what another program has written stays."""
+        with suppress(OSError):
+            if self._path is not None and self._own and self._path.read_bytes() == self._own:
+                self._path.unlink()
+
+
+def _place_of(recorded: Sequence[Path]) -> Path | None:
+    from platformdirs import user_data_path
+
+    from imucal_wizard.acquire.files.session_salvage import fingerprint
+    from imucal_wizard.sessions.session_list import session_info
+
+    if not recorded or not all(path.is_file() for path in recorded):
+        return None
+    try:
+        if len(recorded) == 1 and is_session(recorded[0]):
+            measured = f"session of {session_info(recorded[0]).created!r}"
+        else:
+            measured = fingerprint(recorded)
+    except ImucalError:
+        return None
+    name = hashlib.sha256(measured.encode()).hexdigest()[:32]
+    return user_data_path("imucal-wizard", appauthor=False) / "models" / f"{name}.json"

@@ -1,0 +1,271 @@
+"""A gyroscope on a rate table or turntable, by itself and together with gravity."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.q_cases import BNO055, RATE, XSENS, Case, record
+from benchmarks.rate_table import (
+    RATES_DEG,
+    fit_table,
+    joined,
+    mountings,
+    study,
+    table_recording,
+)
+from imucal_wizard.cli.main import main
+from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.estimate.inertial import FitOptions
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.rows.known_rotation import KnownRotation
+from imucal_wizard.model.rows.source import Parameters, unmeasured
+from imucal_wizard.model.terms import Term, Terms
+from imucal_wizard.report.calibration_record import from_report
+from imucal_wizard.report.differences import differences, named_parameters
+from imucal_wizard.simulate.sensor import DEGREE, Triad
+
+FAST = (60.0, 150.0)
+NONE = Series(np.zeros(0), np.zeros((0, 3)), "m/s^2")
+
+
+def within(fit: SensorFit, case: Case, errors: float = 4.5) -> None:
+    """Every matrix entry and bias of the case, within so many of its standard errors."""
+    assert fit.covariance is not None
+    truth = np.linalg.inv(case.gyroscope.sensitivity).ravel()
+    off = np.concatenate([fit.matrix.ravel() - truth, fit.bias - case.gyroscope.bias])
+    sigma = np.sqrt(np.diag(fit.covariance))
+    assert (np.abs(off) <= errors * sigma + 1e-12 * np.abs(truth).max()).all(), off / sigma
+
+
+@pytest.mark.parametrize("case", [BNO055, XSENS], ids=["rad/s", "counts"])
+def test_a_table_alone_gives_scales_angles_and_biases_in_the_own_frame(case: Case) -> None:
+    """Nine mountings at two rates, both senses; the axis of none of them is told."""
+    fit = fit_table(table_recording(case, 5, FAST, 4.0, white=True)[0], FAST)
+    assert fit.frame == "own"
+    assert not fit.not_determined
+    assert np.allclose(np.tril(fit.matrix, -1), 0.0)
+    within(fit, case)
+
+
+def skewed(case: Case) -> Case:
+    """The same device with scale errors of 30 % and axes that are 3° out of square."""
+    skew = np.array([[1.3, 0.05, -0.03], [0.0, 0.75, 0.04], [0.0, 0.0, 1.1]])
+    own = case.gyroscope
+    triad = Triad(own.sensitivity @ skew, own.bias, own.unit, own.density, step=own.step)
+    return replace(case, gyroscope=triad)
+
+
+def test_scale_errors_of_thirty_per_cent_are_told_from_the_next_rate_of_the_list() -> None:
+    """33⅓ and 45 rpm differ by 35 %; the assignment follows the calibration."""
+    rates = (100.0, 135.0, 200.0)
+    case = skewed(BNO055)
+    within(fit_table(table_recording(case, 6, rates, 4.0, white=True)[0], rates), case)
+
+
+def test_together_with_gravity_the_matrix_is_in_the_accelerometers_frame(tmp_path: Path) -> None:
+    """The hand's rotations tell how it lies, the table adds the scales: better than either.
+
+    The two alone have different frames, but agree in the one that both know.
+    """
+    hand = record(BNO055, 3, turns=3)
+    table, _ = table_recording(BNO055, 3, FAST, 4.0, white=True)
+    by_hand = fit_readings(hand)
+    alone = by_hand.sensors["gyroscope"]
+    by_table = replace(by_hand, sensors={"gyroscope": fit_table(table, FAST)})
+    paths = tmp_path / "hand.json", tmp_path / "table.json"
+    for report, path in zip((by_hand, by_table), paths, strict=True):
+        from_report(report, "a test", "2026-01-01T00:00:00+00:00").save(path)
+    found, notes = differences([named_parameters(path) for path in paths])
+    assert "compared in its own frame" in notes[-1]
+    assert set(found["gyroscope"]) >= {"theta_yz", "theta_zy", "theta_zx", "sensitivity_z"}
+    assert min(one.p or 1.0 for one in found["gyroscope"].values()) > 1e-3
+    report = fit_readings(joined(hand, table), FitOptions(rates=tuple(DEGREE * r for r in FAST)))
+    fit = report.sensors["gyroscope"]
+    assert fit.frame == "accelerometer"
+    assert fit.method == "vector + table"
+    unused = [one for one in report.rotations if one.problem]
+    assert len(unused) <= 9  # the mountings were changed while nothing was recorded
+    within(fit, BNO055)
+    assert fit.covariance is not None
+    assert alone.covariance is not None
+    better, before = (
+        np.sqrt(np.diag(one)[[0, 4, 8]]) for one in (fit.covariance, alone.covariance)
+    )
+    assert (better < 0.5 * before).all()
+
+
+def turntable(case: Case, angles_deg: tuple[float, ...], seed: int) -> Readings:
+    """Turns by known angles between rests of three seconds, in all mountings."""
+    rng, rates = np.random.default_rng(seed), []
+    for axis in mountings(rng):
+        rates.append(np.zeros((round(3.0 * RATE), 3)))
+        for sense in (1.0, -1.0):
+            for angle in angles_deg:
+                time = np.arange(1, round(4.0 * RATE)) / RATE  # an angle about a fixed axis
+                course = sense * angle * DEGREE / 4.0 * (1.0 - np.cos(np.pi * time / 2.0))
+                rates += [course[:, None] * axis, np.zeros((round(3.0 * RATE), 3))]
+        rates.append(np.full((3, 3), np.nan))  # the device is mounted anew
+    whole = np.concatenate(rates)
+    kept = np.isfinite(whole).all(axis=1)
+    time = (np.arange(len(whole)) + np.cumsum(~kept) * 300.0) / RATE
+    noise = case.gyroscope.density * np.sqrt(RATE / 2.0) * rng.standard_normal(whole.shape)
+    reading = case.gyroscope.reading(whole, noise)[kept]
+    return Readings(NONE, Series(time[kept], reading, case.gyroscope.unit))
+
+
+@pytest.mark.parametrize("case", [skewed(BNO055), XSENS], ids=["rad/s", "counts"])
+def test_known_angles_of_a_turntable_calibrate_as_known_rates_do(case: Case) -> None:
+    """Quarter, half and whole turns; which is which follows from the readings."""
+    options = FitOptions(turns=tuple(DEGREE * one for one in (90.0, 180.0, 360.0)))
+    fit = fit_readings(turntable(case, (90.0, 180.0, 360.0), 8), options).sensors["gyroscope"]
+    within(fit, case)
+    assert fit.minimum is not None
+    assert len(fit.minimum.rows[-1].residual) == 54
+
+
+def test_few_mountings_leave_the_angles_nominal_and_say_so() -> None:
+    """Three faces show three scales; rates that are not of the list are named."""
+    readings, _ = table_recording(BNO055, 9, FAST, 4.0, white=True)
+    assert readings.gyroscope is not None
+    faces = readings.gyroscope.time < 3 * float(readings.gyroscope.time[-1] + 10.0) / 9.0
+    series = Series(readings.gyroscope.time[faces], readings.gyroscope.values[faces], "rad/s")
+    fit = fit_table(Readings(NONE, series), FAST)
+    assert set(fit.not_determined) == {"theta_yz", "theta_zy", "theta_zx"}
+    assert any("mountings do not determine theta_yz" in note for note in fit.warnings)
+    with pytest.raises(DataError, match="at none of the listed rates: they read"):
+        fit_table(Readings(NONE, series), (33.3, 45.0))
+    with pytest.raises(DataError, match="hardly a motion between them"):
+        fit_readings(Readings(NONE, series), FitOptions(turns=(np.pi / 2,)))
+
+
+def test_files_that_hold_the_same_sensor_follow_one_another(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One file for each mounting, in °/s, with rates in rpm; no accelerometer."""
+    readings, _ = table_recording(BNO055, 11, (60.0, 150.0), 4.0, white=True)
+    assert readings.gyroscope is not None
+    time, values = readings.gyroscope.time, readings.gyroscope.values / DEGREE
+    ends = [0, *(np.flatnonzero(np.diff(time) > 1.0) + 1).tolist(), len(time)]
+    files = []
+    for number in range(len(ends) - 1):
+        part = slice(ends[number], ends[number + 1])
+        files.append(tmp_path / f"{number}.csv")
+        columns = np.column_stack([time[part] - time[part][0], values[part]])
+        header = "t[s],gx[deg/s],gy[deg/s],gz[deg/s]"
+        np.savetxt(files[-1], columns, "%.6f", ",", header=header, comments="")
+    place = tmp_path / "cal.json"
+    status = main(
+        ["fit", *map(str, files), "--rates", "0,10,25", "--rate-unit", "rpm", "--save", str(place)]
+    )
+    told = capsys.readouterr().out
+    assert status == 0, told
+    assert "36 steps of 60.0 °/s to 150 °/s in 9 mountings" in told
+    assert "in the gyroscope's own frame" in told
+    for target in ("numpy", "px4"):
+        export = ["export", str(place), "--to", target, "-o", str(tmp_path / target), "--json", "-"]
+        assert main(export) == 0
+        proven = json.loads(capsys.readouterr().out)
+        error = proven["sensors"]["gyroscope"]
+        assert error["rms_calibration"] < 1e-3 < error["rms_before"]
+        if target == "numpy":
+            assert error["rms_exported"] == pytest.approx(error["rms_calibration"])
+        else:  # fitted again without scales, which the table shows
+            assert 0.9 * error["rms_before"] < error["rms_exported"] < error["rms_before"]
+        assert any("in its own frame" in note for note in proven["notes"])
+    reference = tmp_path / "table.toml"
+    sensitivities = np.diag(BNO055.gyroscope.sensitivity)
+    lines = [f"sensitivity_{a} = {k}" for a, k in zip("xyz", sensitivities, strict=True)]
+    lines += [f'bias_{a} = {{ value = {b}, uncertainty = 0.01, k = 2, unit = "deg/s" }}'
+              for a, b in zip("xyz", BNO055.gyroscope.bias / DEGREE, strict=True)]  # fmt: skip
+    reference.write_text('name = "rate table"\n[gyroscope]\n' + "\n".join(lines))
+    assert main(["diff", str(place), str(reference)]) == 0
+    assert "sensitivity_z" in capsys.readouterr().out
+    recheck = ["recheck", str(place), *map(str, files), "--sessions", str(tmp_path)]
+    assert main([*recheck, "--rates", "0,10,25", "--rate-unit", "rpm"]) == 0
+    assert capsys.readouterr().out.startswith("GO")
+    assert main(recheck) == 2
+    assert "record it on the table, and state the rates or angles (--rates)" in (
+        capsys.readouterr().err
+    )
+
+
+def test_the_rows_derivatives_are_those_of_the_rows() -> None:
+    """By M, b and an effect, against differences; the effect is taken at the rates found."""
+    rng = np.random.default_rng(4)
+    where = Circumstances(
+        force=rng.standard_normal((5, 3)),
+        rate=rng.standard_normal((5, 3)),
+        temperature=np.full(5, np.nan),
+        time=np.arange(5.0),
+        previous=np.zeros((5, 3)),
+        vibration=np.zeros(5),
+    )
+    source = KnownRotation(
+        reading=rng.standard_normal((5, 3)),
+        seconds=rng.uniform(0.5, 2.0, 5),
+        offsets=np.array([0, 1, 5]),
+        angle=np.array([1.0, 2.0]),
+        noise=np.ones(2),
+        circumstances=where,
+        labels=unmeasured(2),
+    )
+    terms = Terms("gyroscope", [Term(effect("g-sensitivity"))])
+    sizes = 0.01 * rng.standard_normal(len(terms))
+    at = Parameters(np.eye(3) + 0.1 * rng.standard_normal((3, 3)), 0.1 * rng.standard_normal(3))
+
+    def residual(entries: FloatArray, more: FloatArray) -> FloatArray:
+        moved = Parameters(at.matrix, at.bias, sizes).moved(entries, more, np.zeros(0))
+        return source.at(moved, terms).residual
+
+    rows = source.at(Parameters(at.matrix, at.bias, sizes), terms)
+    nothing, none = np.zeros(12), np.zeros(len(terms))
+    by_entries = [residual(d, none) - residual(-d, none) for d in 1e-6 * np.eye(12)]
+    by_sizes = [residual(nothing, d) - residual(nothing, -d) for d in 1e-6 * np.eye(len(terms))]
+    for found, changes in (
+        (rows.base_columns(), by_entries),
+        (rows.term_columns(terms.terms), by_sizes),
+    ):
+        expected = np.array(changes).T / 2e-6
+        np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.study
+def test_intervals_hold_the_truth_and_the_scatter_is_near_the_bound() -> None:
+    """Fresh mountings, white noise, rounding; ``python -m benchmarks.rate_table`` has more."""
+    found = study(BNO055, 12, 7300, white=True)
+    inside = int(found.inside.sum())
+    assert inside >= 95  # of 108 at 95 %: 102.6 ± 2.3
+    assert 0.75 < np.sqrt((found.over_bound**2).mean()) < 1.35
+    assert found.over_bound.max() < 1.8
+
+
+@pytest.mark.study
+def test_an_effect_of_the_rate_is_found_by_itself_and_of_its_size() -> None:
+    """2e-5 per °/s on one axis, which is 0.45 °/s at the fastest rate of the table."""
+    readings, _ = table_recording(BNO055, 31, white=True)
+    assert readings.gyroscope is not None
+    own, inverse = BNO055.gyroscope, np.linalg.inv(BNO055.gyroscope.sensitivity)
+    rate = (readings.gyroscope.values - own.bias) @ inverse.T
+    felt = np.zeros_like(rate)
+    felt[:, 1] = 2e-5 / DEGREE * rate[:, 1] ** 2
+    series = replace(
+        readings.gyroscope, values=readings.gyroscope.values + felt @ own.sensitivity.T
+    )
+    rates = tuple(DEGREE * one for one in RATES_DEG)
+    report = fit_readings(Readings(NONE, series), FitOptions(rates=rates))
+    bench = Benches(report, Readings(NONE, series)).bench("gyroscope")
+    assert bench is not None
+    add_by_itself(bench)
+    assert bench.fit.model[3:] == ("second-order",)
+    size, error = bench.fit.sizes[0], bench.fit.size_errors[0]
+    assert (np.abs(size - [0.0, 2.0, 0.0]) < 4.0 * error).all()
+    assert error.max() < 0.03

@@ -1,0 +1,332 @@
+"""``imucal-wizard recheck`` on recordings of a device that has changed, or not."""
+
+import json
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from imucal_wizard.cli import main as cli
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
+from imucal_wizard.report.calibrated_device import (
+    CalibratedDevice,
+    RecheckSettings,
+    recheck_collected,
+)
+from imucal_wizard.report.calibration_file import read_calibration
+from imucal_wizard.run.procedure_settings import ProcedureSettings
+from imucal_wizard.run.session_replay import begin_session
+from imucal_wizard.sessions import Session
+from imucal_wizard.sessions.catalogue import Catalogue
+from imucal_wizard.sessions.stored_readings import session_readings
+from imucal_wizard.simulate.recording import simulate_recording
+
+OWN_EFFECT = """
+import numpy as np
+from imucal_wizard.model.effect import Effect, EffectParameter
+
+class Own(Effect):
+    name, sensors, kind = "my-square", ("accelerometer",), "orientation"
+    title, equation = "a square of my own", "K x_x^2"
+
+    def parameters(self, sensor):
+        return (EffectParameter("x", "mm/s²", 20.0),)
+
+    def columns(self, sensor, c, variant=None):
+        made = np.zeros((len(c), 3, 1))
+        made[:, 0, 0] = 1e-3 * (c.force[:, 0] / c.gravity) ** 2
+        return made
+"""
+Run = Callable[..., tuple[int, dict[str, Any]]]
+MILLI_G, DEGREE = 9.80665e-3, np.pi / 180.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A calibration and a later recording of the same device: six faces."""
+    made = tmp_path_factory.mktemp("recheck")
+    simulate_recording(made / "calibrated.csv", seed=11)
+    saved = ["--no-verdict", "--save", str(made / "cal.json")]
+    assert cli.main(["fit", str(made / "calibrated.csv"), *saved]) == 0
+    simulate_recording(made / "today.csv", seed=11, poses="6", hold=2.5, rotations=0)
+    return made
+
+
+@pytest.fixture
+def run(folder: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    """The exit status and the document of a recheck, of ``today.csv`` if no file is given."""
+
+    def rechecked(*options: str, file: Path | None = None) -> tuple[int, dict[str, Any]]:
+        recording = folder / "today.csv" if file is None else file
+        words = ["recheck", str(folder / "cal.json"), str(recording), *options, "--json", "-"]
+        status = cli.main(words)
+        return status, json.loads(capsys.readouterr().out)
+
+    return rechecked
+
+
+def changed(folder: Path, place: Path, column: str, more: float = 0.0, times: float = 1.0) -> Path:
+    """The recording of today with one column changed."""
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    table[:, names.index(column)] = times * table[:, names.index(column)] + more
+    np.savetxt(place, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    return place
+
+
+def test_an_unchanged_device_is_go(run: Run) -> None:
+    status, found = run()
+    assert status == 0
+    assert (found["schema"], found["verdict"]) == ("imucal-wizard/recheck/1", "go")
+    assert 40.0 < found["seconds"] < 60.0
+    for name, unit in (("accelerometer", "m/s^2"), ("gyroscope", "rad/s")):
+        sensor = found["sensors"][name]
+        assert sensor["verdict"] == "go"
+        assert sensor["unit"] == unit
+        assert 0.0 <= sensor["error"] < sensor["limit"]
+        assert 0.0 < sensor["floor"] < sensor["limit"]
+        assert {one["axis"] for one in sensor["seen"]} == {"x", "y", "z"}
+        assert min(one["power"] for one in sensor["seen"]) > 0.99
+
+
+@pytest.mark.parametrize(
+    ("column", "more", "times", "sensor", "parameter", "by"),
+    [
+        ("ay", 0.0, 1.005, "accelerometer", "sensitivity_y", 0.005),
+        ("gx", 0.0, 1.01, "gyroscope", "sensitivity_x", 0.01),
+    ],
+)
+def test_a_change_is_no_go_and_named(
+    run: Run,
+    folder: Path,
+    tmp_path: Path,
+    column: str,
+    more: float,
+    times: float,
+    sensor: str,
+    parameter: str,
+    by: float,
+) -> None:
+    file = changed(folder, tmp_path / "changed.csv", column, more, times)
+    status, found = run(file=file)
+    assert (status, found["verdict"]) == (1, "no-go")
+    for name, one in found["sensors"].items():
+        assert one["verdict"] == ("no-go" if name == sensor else "go")
+    moved = found["sensors"][sensor]["moved"]
+    assert moved[0]["parameter"] == parameter
+    assert moved[0]["by"] == pytest.approx(by, rel=0.1)
+    assert moved[0]["p"] < 1e-6
+    assert parameter in found["says"]
+
+
+def test_a_limit_of_the_users_own_decides(run: Run, folder: Path, tmp_path: Path) -> None:
+    """3 mg are within the usual drift of a consumer part, and beyond a limit of 1 mg."""
+    file = changed(folder, tmp_path / "changed.csv", "az", 3.0 * MILLI_G)
+    assert run("--limit", "accelerometer=4mg", file=file)[0] == 0
+    mine = ["--limit", "accelerometer=1 mg", "--limit", "gyroscope=0.2deg/s"]
+    status, found = run(*mine, file=file)
+    assert (status, found["verdict"]) == (1, "no-go")
+    assert found["sensors"]["accelerometer"]["limit"] == pytest.approx(MILLI_G)
+    assert found["sensors"]["gyroscope"]["limit"] == pytest.approx(0.2 * DEGREE)
+    limits = tmp_path / "limits.toml"
+    limits.write_text('accelerometer = "4 mg"\n')
+    assert run("--limits", str(limits), file=file)[0] == 0
+
+
+def test_a_gyroscope_that_is_zeroed_is_reported(run: Run, folder: Path, tmp_path: Path) -> None:
+    file = changed(folder, tmp_path / "changed.csv", "gx", 3.0 * DEGREE)
+    status, found = run("--gyro-zeroed", file=file)
+    assert (status, found["verdict"]) == (0, "go")
+    gyroscope = found["sensors"]["gyroscope"]
+    assert gyroscope["verdict"] == "reported"
+    assert gyroscope["moved"][0]["by"] == pytest.approx(3.0 * DEGREE, rel=0.05)
+
+
+def test_axes_that_were_not_seen_are_named(run: Run, folder: Path, tmp_path: Path) -> None:
+    """Three poses without an x face up: its scale is not seen, nor is that of two rates."""
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    short = tmp_path / "short.csv"
+    short.write_text("\n".join(lines[: 100 * 27]))
+    status, found = run(file=short)
+    assert (status, found["verdict"]) == (1, "insufficient")
+    unseen = {
+        name: {(one["parameter"], one["axis"]) for one in sensor["seen"] if one["power"] < 0.99}
+        for name, sensor in found["sensors"].items()
+    }
+    assert unseen["accelerometer"] >= {("bias", "x"), ("scale", "x")}
+    assert ("scale", "z") not in unseen["accelerometer"]
+    assert unseen["gyroscope"] >= {("scale", "y"), ("scale", "z")}
+    assert "bias x" in found["says"]
+
+
+def test_another_range_and_another_device_are_recognised(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    half = tmp_path / "half.csv"
+    source = folder / "today.csv"
+    text = source.read_text()
+    lines = text.splitlines()[1:]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    table[:, 1:4] *= 0.5
+    np.savetxt(half, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    status, found = run(file=half)
+    assert status == 1
+    assert "2 times wider" in found["says"]
+    other = tmp_path / "other.csv"
+    simulate_recording(other, seed=12, poses="6", hold=2.5, rotations=0)
+    status, found = run(file=other)
+    assert (status, found["verdict"]) == (1, "no-go")
+    assert "is this the device" in found["says"]
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        (lambda one: one["sensors"]["accelerometer"]["bias"].__setitem__(0, 1.0), "bias_x"),
+        (lambda one: one.__setitem__("schema", "imucal-wizard/calibration/0"), "schema"),
+        (lambda one: one["hold_means"][3]["accelerometer"].__setitem__(1, 0.0), "instead of"),
+    ],
+)
+def test_a_file_edited_by_hand_or_of_another_version_is_refused(
+    folder: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    edit: Callable[[dict[str, Any]], None],
+    says: str,
+) -> None:
+    loose = json.loads((folder / "cal.json").read_text())
+    edit(loose)
+    place = tmp_path / "edited.json"
+    place.write_text(json.dumps(loose))
+    assert cli.main(["recheck", str(place), str(folder / "today.csv")]) == 2
+    said = capsys.readouterr().err
+    assert says in said
+    assert said.count("\n") == 1
+
+
+def test_an_effect_of_ones_own_is_named_where_its_file_is_missing(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    loose = json.loads((folder / "cal.json").read_text())
+    effect: dict[str, Any] = {"term": "my-square", "sensor": "accelerometer", "equation": "K x_x^2"}
+    effect |= {"parameters": ["x"], "sizes": [0.0], "unit": "mm/s²"}
+    loose["sensors"]["accelerometer"]["effects"] = [effect]
+    place, own = tmp_path / "my.json", tmp_path / "own.py"
+    place.write_text(json.dumps(loose))
+    own.write_text(OWN_EFFECT)
+    says = "has the effect 'my-square', which is none of this program"
+    for command in (["recheck", str(place), str(folder / "today.csv")], ["report", str(place)]):
+        assert cli.main(command) == 2
+        assert says in capsys.readouterr().err
+    words = ["recheck", str(place), str(folder / "today.csv"), "--effects", str(own)]
+    assert cli.main(words) == 0
+
+
+@pytest.mark.parametrize("command", ["export --to c-header", "report"])
+def test_other_commands_refuse_an_edited_file_too(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    loose = json.loads((folder / "cal.json").read_text())
+    loose["sensors"]["gyroscope"]["matrix"][0][0] *= 1.001
+    place = tmp_path / "edited.json"
+    place.write_text(json.dumps(loose))
+    name, *options = command.split()
+    assert cli.main([name, str(place), *options]) == 2
+    assert "the gyroscope's sensitivity_x is" in capsys.readouterr().err
+    assert sorted(tmp_path.iterdir()) == [place]
+
+
+def test_an_old_calibration_says_that_its_age_hides_changes(run: Run) -> None:
+    """After two years 1.4 mg of ageing, one standard deviation: no pose shows 5 mg surely."""
+    status, found = run("--date", f"{datetime.now(UTC).year + 2}-12-31")
+    assert (status, found["verdict"]) == (1, "insufficient")
+    assert "months old, and ageing hides changes" in found["says"]
+    assert run("--limit", "accelerometer=6mg", "--date", "2099-01-01")[1]["verdict"] != "no-go"
+
+
+def test_readings_in_another_unit_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = [str(folder / "cal.json"), str(folder / "today.csv")]
+    assert cli.main(["recheck", *files, "--accel-unit", "count"]) == 2
+    assert "calibrated in m/s^2" in capsys.readouterr().err.splitlines()[-1]
+
+
+def test_the_verdict_is_kept_in_the_history_of_the_device(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    loose = json.loads((folder / "cal.json").read_text())
+    loose["device"] = {"name": "IMU 7", "serial": None}
+    place = tmp_path / "named.json"
+    place.write_text(json.dumps(loose))
+    words = [str(place), str(folder / "today.csv"), "--sessions", str(tmp_path / "kept")]
+    assert cli.main(["recheck", *words]) == 0
+    capsys.readouterr()
+    with Catalogue(tmp_path / "kept") as catalogue:
+        (past,) = catalogue.history("IMU 7").rechecks
+    assert (past.verdict, past.calibration) == ("go", "named.json")
+    assert past.document["schema"] == "imucal-wizard/recheck/1"
+
+
+def test_a_session_is_judged_by_the_holds_that_the_wizard_kept(
+    run: Run, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The figures of the verdict's screen; the history keeps them once."""
+    calibration = read_calibration(folder / "cal.json")
+    known = CalibratedDevice(calibration, RecheckSettings(datetime.now(UTC)))
+    path = tmp_path / "kept" / "a.imucal"
+    path.parent.mkdir()
+    settings = ProcedureSettings(Procedure(RECHECK_STEPS))
+    engine = begin_session(path, None, settings, planner=known.next_pose)
+    engine.command("start")
+    lines = (folder / "today.csv").read_bytes().splitlines(keepends=True)
+    for first in range(0, len(lines), 25):
+        engine.receive(b"".join(lines[first : first + 25]), 0.01 * first)
+    engine.close()
+    snapshot, kept = engine.snapshot(), engine.collected()
+    assert snapshot.status.step is StepKind.VERDICT
+    readings = session_readings(path, kept.holds)
+    args = kept, snapshot.stream, snapshot.status.elapsed, readings
+    on_screen = recheck_collected(known, *args).sensors
+    loose = json.loads((folder / "cal.json").read_text()) | {"device": {"name": "IMU 7"}}
+    (folder / "named.json").write_text(json.dumps(loose))
+    command = ["recheck", str(folder / "named.json"), str(path), "--sessions", str(path.parent)]
+    for _ in range(2):
+        assert cli.main([*command, "--json", "-"]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert found["session"] == path.name
+        for name, one in on_screen.items():  # but for the age of the calibration, in seconds
+            assert found["sensors"][name]["error"] == pytest.approx(one.error, rel=1e-9)
+    assert run("--all-samples", file=path)[1]["sensors"] != found["sensors"]
+    with Catalogue(path.parent) as catalogue:
+        (past,) = catalogue.history("IMU 7").rechecks
+        (session,) = catalogue.sessions()
+    assert (past.session, session.recheck, session.finished) == (path.name, "go", True)
+
+
+def test_a_session_of_another_device_is_refused(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    loose = json.loads((folder / "cal.json").read_text())
+    loose["device"] = {"name": "IMU 7", "serial": "5F3A"}
+    place, path = tmp_path / "named.json", tmp_path / "a.imucal"
+    place.write_text(json.dumps(loose))
+    Session.create(path, {"source": "port", "description": {"serial": "77AB"}}).close()
+    assert cli.main(["recheck", str(place), str(path)]) == 2
+    assert "of the device 5F3A, and these readings are of 77AB" in capsys.readouterr().err
+
+
+def test_the_text_says_what_has_moved_since_when(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = changed(folder, tmp_path / "changed.csv", "ax", 5.0 * MILLI_G)
+    assert cli.main(["recheck", str(folder / "cal.json"), str(file)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("NO-GO")
+    assert any("bias_x" in line and "mg since 20" in line for line in lines)
+    assert max(map(len, lines)) <= 80

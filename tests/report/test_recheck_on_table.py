@@ -1,0 +1,74 @@
+"""A gyroscope that a rate table has calibrated is checked on a rate table."""
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from benchmarks.q_cases import BNO055
+from benchmarks.rate_table import table_recording
+from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.estimate.inertial import FitOptions
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.table_steps import KnownRates
+from imucal_wizard.report.calibrated_device import (
+    CalibratedDevice,
+    RecheckSettings,
+    recheck_readings,
+)
+from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_record import from_report
+from tests.report.devices import calibration
+
+RATES_DEG = (60.0, 150.0)
+RATES = KnownRates(tuple(np.radians(RATES_DEG).tolist()))
+NOW = datetime(2026, 2, 1, tzinfo=UTC)
+SETTINGS = RecheckSettings(NOW, table=RATES)
+
+
+def recorded(seed: int, *, scale: float = 1.0, bias: float = 0.0) -> Readings:
+    """The gyroscope on the table, its y axis changed."""
+    series = table_recording(BNO055, seed, RATES_DEG, 4.0, white=True)[0].gyroscope
+    assert series is not None
+    changed = series.values * [1.0, scale, 1.0] + [0.0, bias, 0.0]
+    none = Series(np.zeros(0), np.zeros((0, 3)), "m/s^2")
+    return Readings(none, replace(series, values=changed))
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> Calibration:
+    """By the table alone."""
+    report = fit_readings(recorded(5), FitOptions(rates=RATES.rates))
+    return from_report(report, "a table", "2026-01-01T00:00:00+00:00")
+
+
+@pytest.mark.parametrize(
+    ("scale", "bias", "verdict", "moved"),
+    [
+        (1.0, 0.0, "go", None),
+        (1.01, 0.0, "no-go", "sensitivity_y"),
+        (1.0, np.radians(0.5), "no-go", "bias_y"),
+    ],
+)
+def test_a_change_is_seen_in_another_recording_of_the_table(
+    calibrated: Calibration, scale: float, bias: float, verdict: str, moved: str | None
+) -> None:
+    """Other mountings and other noise."""
+    found = recheck_readings(
+        CalibratedDevice(calibrated, SETTINGS), recorded(6, scale=scale, bias=bias)
+    )
+    assert found.verdict == verdict
+    gyroscope = found.sensors["gyroscope"]
+    assert min(one.power for one in gyroscope.seen) > 0.99
+    assert [one.parameter for one in gyroscope.moved[:1]] == [moved] * (moved is not None)
+
+
+def test_what_gravity_and_what_the_table_cannot_show_is_refused(
+    calibrated: Calibration,
+) -> None:
+    with pytest.raises(UsageError, match="record it on the table"):
+        CalibratedDevice(calibrated, RecheckSettings(NOW))
+    with pytest.raises(UsageError, match="by holds and rotations"):
+        CalibratedDevice(calibration(turns=6), SETTINGS)
