@@ -25,13 +25,13 @@ from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 from imucal_wizard.diagnose.significance import likely_noise
 
-DRAWS = 192
+DRAWS = 96
 """Of noise."""
 PILOTS = 8
 """Draws that tell which explanations matter."""
-MAX_WEIGHTS = 300_000
+MAX_WEIGHTS = 150_000
 """Weights of explanations in one trial of a size, from which on fewer draws are used ..."""
-MIN_DRAWS = 96
+MIN_DRAWS = 48
 """... but so many."""
 MAX_SHARE_LEFT_OUT = 0.003
 """Probability of all explanations, and of all kinds of noise, that are left out."""
@@ -47,7 +47,7 @@ MAX_ESTIMATE = 100.0
 MAX_LOG_GROWTH = 0.7
 """Of the size from one trial to the next."""
 MAX_TRIALS = 12
-MAX_CHANGE = 0.015
+MAX_CHANGE = 0.02
 """Relative change of a size from which on it has settled."""
 BISECTIONS = 20
 """Of a size between nothing and one that is surely enough."""
