@@ -77,6 +77,9 @@ class BaseApp(App[Saved]):
     def __init__(self) -> None:
         super().__init__()
         self._unfinished = 0
+        self._writing = asyncio.Lock()
+        self.bench_lock = threading.RLock()
+        """Held by a thread that reads or changes the bench."""
         self.attended = True
         """Somebody answers questions."""
         self.unkept: PlaceError | None = None
@@ -188,19 +191,20 @@ class BaseApp(App[Saved]):
         Raises:
             ImucalError: it cannot be written, and no other place was given.
         """
-        place: Path | None = None
-        while True:
-            try:
-                with self.unfinished():
-                    saved = await asyncio.to_thread(self.write_model, place)
-                    self.wrote(saved)
-            except PlaceError as error:
-                place = await self.ask_place("save the calibration", error, "does not save it")
-                if place is None:
-                    self.unkept = error
-                    raise
-            else:
-                return saved
+        async with self._writing:  # a second key waits for the first file
+            place: Path | None = None
+            while True:
+                try:
+                    with self.unfinished():
+                        saved = await asyncio.to_thread(self.write_model, place)
+                        self.wrote(saved)
+                except PlaceError as error:
+                    place = await self.ask_place("save the calibration", error, "does not save it")
+                    if place is None:
+                        self.unkept = error
+                        raise
+                else:
+                    return saved
 
     async def ask_place(self, title: str, error: ImucalError, otherwise: str) -> Path | None:
         """A place that the operator gives for what could not be written, or None.
@@ -303,8 +307,9 @@ class WizardApp(BaseApp):
         self.attended = not settings.quit_after
         sounds = Sounds(self.bell, self.set_timer, time.monotonic, muted=settings.muted)
         self.state = WizardState(services, settings, choice, sounds)
+        self.bench_lock = self.state.bench_lock
         self._shown: tuple[object, int] = (None, -1)
-        self._ended_in = ""
+        self._ended_in: tuple[object, str] = (None, "")
         self._loaded = asyncio.Event()
         self._switching = asyncio.Lock()
         self._disk_lost = False
@@ -424,11 +429,11 @@ class WizardApp(BaseApp):
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
     def _end(self, snapshot: "Snapshot") -> None:
-        """Tell the procedure once per step that the recording has ended."""
-        step = str(snapshot.status.step)
-        if step == self._ended_in:
+        """Tell the procedure once per source and step that the recording has ended."""
+        ended_in = self.state.source, str(snapshot.status.step)
+        if ended_in == self._ended_in:
             return
-        self._ended_in = step
+        self._ended_in = ended_in
         if snapshot.stream.unwritten:
             self._disk_failed(snapshot.stream.problem)
         elif self.state.live and snapshot.stream.problem:  # its thread has ended
