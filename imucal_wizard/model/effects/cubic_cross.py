@@ -61,8 +61,8 @@ class CubicCross(Effect):
             "between the two axes, with the same sign on all four of them; scale errors take up a "
             "part, so that faces and edges end up with opposite errors. With a product, edges and "
             "corners differ; cross-axis sensitivity takes up the part that the edges show.",
-            needs="Faces, edges and corners. Still poses at 1 g cannot separate the terms by squares "
-            "(xyy and the like) from third-order terms on several axes, nor xyy from yxx, "
+            needs="Faces, edges and corners. Still poses at 1 g cannot separate the terms by "
+            "squares (xyy and the like) from third-order terms on several axes, nor xyy from yxx, "
             "whatever the number of poses: the squares of the three components add up to 1. "
             "Products need corners and tilts between faces and edges: of xxy, yxy and zxy, "
             "which share an edge, poses at edges and corners alone show one sum.",
