@@ -65,10 +65,10 @@ class DelimitedDecoder(TextDecoder):
 
     def _read(self, line: bytes, first: bool) -> None:
         if not first and self._separator == b"," and self._count >= MAX_DECIMALS_ROWS:
-            values = numbers.plain_numbers(line)
-            if len(values) == len(self.columns):
+            plain = numbers.plain_numbers(line)
+            if len(plain) == len(self.columns):
                 self._misfits.clear()
-                self._row(values, [])
+                self._row(plain, [])
                 return
         if line.lstrip().startswith(b"#"):
             self._comment(line)
