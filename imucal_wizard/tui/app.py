@@ -1,10 +1,10 @@
 """The app: takes snapshots of the source and shows the screen of the present step."""
 
+import _thread
 import asyncio
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -113,7 +113,7 @@ class BaseApp(App[Saved]):
             time.sleep(HANGUP_SECONDS if signal_number == HANGUP else SIGNAL_SECONDS)
             self.end_at_once(signal_number)
 
-        threading.Thread(target=watch, name="ending", daemon=True).start()
+        _thread.start_new_thread(watch, ())  # a Thread takes a lock that may be interrupted here
 
     def release(self) -> None:
         """Close what the app has open; called in any thread."""
