@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, cast
 
 from rich.text import Text
@@ -78,7 +79,7 @@ class BaseApp(App[Saved]):
         super().__init__()
         self._unfinished = 0
         self._writing = asyncio.Lock()
-        self.bench_lock = threading.RLock()
+        self.bench_lock = RLock()
         """Held by a thread that reads or changes the bench."""
         self.attended = True
         """Somebody answers questions."""
