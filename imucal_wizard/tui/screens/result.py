@@ -90,7 +90,7 @@ class FitScreen(LiveScreen):
     @work(exclusive=True, group="diagnose")
     async def diagnose(self) -> None:
         """Fit and diagnose the models in a thread; not in an exercise that has no bench yet."""
-        if self.state.settings.predict and self.state.benches is None:
+        if self.state.settings.predict and self.state.models.benches is None:
             return
         with suppress(ImucalError):  # the bench shows the reason
             self.state.judged(*await in_thread(self.state.judge))
