@@ -155,8 +155,6 @@ def _check(options: WizardOptions) -> None:
             raise RecordingError(f"there is no file {path}; check the path")
     if options.resume is not None and not options.resume.is_file():
         raise SessionError(f"there is no session {options.resume}; check the path")
-    if not 0 < options.baud <= 20_000_000:
-        raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
     _check_stream(options)
     if options.hidden:
         from imucal_wizard.simulate.hidden import parse_hidden
