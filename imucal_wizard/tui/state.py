@@ -242,6 +242,12 @@ class WizardState:
             return {}
         return self.services.grades(self.result, self.diagnoses)
 
+    @property
+    def good(self) -> bool | None:
+        """Whether every sensor is good; None while there is no verdict."""
+        grades = self.grades.values()
+        return all(one.grade == "good" for one in grades) if grades else None
+
     def compare(self) -> "Sequence[MethodRow]":
         """Fit the measurements by every method. Slow: call it in a thread.
 
@@ -324,7 +330,7 @@ class WizardState:
         """The verdict of a recheck. Slow: call it in a thread.
 
         Raises:
-            ImucalError: the calibration or the stream does not serve.
+            ImucalError: the calibration or the stream cannot be used.
         """
         assert self.source is not None, "only what a source has measured is judged"  # noqa: S101 (narrows the type)
         assert self.snapshot is not None, "its snapshot has led to the verdict"  # noqa: S101 (narrows the type)
