@@ -469,9 +469,6 @@ class StateMachine:
             offers.extend(self.field.offers())
         if self.step is StepKind.POSES and self._faces_wait():
             offers.append(Offer("count-faces", "count the faces of the up/down step"))
-        if self.step is StepKind.RESULT:
-            offers.append(Offer("validate", "check it in new orientations"))
-            offers.append(Offer("save", "save the calibration"))
         return tuple(offers)
 
     def _faces_wait(self) -> bool:
