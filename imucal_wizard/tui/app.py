@@ -1,15 +1,16 @@
 """The app: takes snapshots of the source and shows the screen of the present step."""
 
+import _thread
 import asyncio
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
+from threading import RLock
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, cast
 
 from rich.text import Text
@@ -77,6 +78,9 @@ class BaseApp(App[Saved]):
     def __init__(self) -> None:
         super().__init__()
         self._unfinished = 0
+        self._writing = asyncio.Lock()
+        self.bench_lock = RLock()
+        """Held by a thread that reads or changes the bench."""
         self.attended = True
         """Somebody answers questions."""
         self.unkept: PlaceError | None = None
@@ -110,7 +114,7 @@ class BaseApp(App[Saved]):
             time.sleep(HANGUP_SECONDS if signal_number == HANGUP else SIGNAL_SECONDS)
             self.end_at_once(signal_number)
 
-        threading.Thread(target=watch, name="ending", daemon=True).start()
+        _thread.start_new_thread(watch, ())  # a Thread takes a lock that may be interrupted here
 
     def release(self) -> None:
         """Close what the app has open; called in any thread."""
@@ -188,19 +192,20 @@ class BaseApp(App[Saved]):
         Raises:
             ImucalError: it cannot be written, and no other place was given.
         """
-        place: Path | None = None
-        while True:
-            try:
-                with self.unfinished():
-                    saved = await asyncio.to_thread(self.write_model, place)
-                    self.wrote(saved)
-            except PlaceError as error:
-                place = await self.ask_place("save the calibration", error, "does not save it")
-                if place is None:
-                    self.unkept = error
-                    raise
-            else:
-                return saved
+        async with self._writing:  # a second key waits for the first file
+            place: Path | None = None
+            while True:
+                try:
+                    with self.unfinished():
+                        saved = await asyncio.to_thread(self.write_model, place)
+                        self.wrote(saved)
+                except PlaceError as error:
+                    place = await self.ask_place("save the calibration", error, "does not save it")
+                    if place is None:
+                        self.unkept = error
+                        raise
+                else:
+                    return saved
 
     async def ask_place(self, title: str, error: ImucalError, otherwise: str) -> Path | None:
         """A place that the operator gives for what could not be written, or None.
@@ -303,8 +308,9 @@ class WizardApp(BaseApp):
         self.attended = not settings.quit_after
         sounds = Sounds(self.bell, self.set_timer, time.monotonic, muted=settings.muted)
         self.state = WizardState(services, settings, choice, sounds)
+        self.bench_lock = self.state.bench_lock
         self._shown: tuple[object, int] = (None, -1)
-        self._ended_in = ""
+        self._ended_in: tuple[object, str] = (None, "")
         self._loaded = asyncio.Event()
         self._switching = asyncio.Lock()
         self._disk_lost = False
@@ -424,11 +430,11 @@ class WizardApp(BaseApp):
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
     def _end(self, snapshot: "Snapshot") -> None:
-        """Tell the procedure once per step that the recording has ended."""
-        step = str(snapshot.status.step)
-        if step == self._ended_in:
+        """Tell the procedure once per source and step that the recording has ended."""
+        ended_in = self.state.source, str(snapshot.status.step)
+        if ended_in == self._ended_in:
             return
-        self._ended_in = step
+        self._ended_in = ended_in
         if snapshot.stream.unwritten:
             self._disk_failed(snapshot.stream.problem)
         elif self.state.live and snapshot.stream.problem:  # its thread has ended

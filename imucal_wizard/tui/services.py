@@ -143,7 +143,7 @@ class Services(Protocol):
         """The newest calibration of each device, to check it against. Runs in a thread."""
 
     def recheck_with(self, calibration: Path | None) -> None:
-        """Check the next source against a calibration; None calibrates it."""
+        """Check the next source against a calibration; None does what the options say."""
 
     def recheck(
         self, collected: "Collected", snapshot: "Snapshot"
@@ -345,8 +345,8 @@ class WizardServices:
         return found[:MAX_LISTED_DEVICES]
 
     def recheck_with(self, calibration: Path | None) -> None:
-        """Check the next source against a calibration."""
-        self.sources.recheck = calibration
+        """Check the next source against a calibration; None does what the options say."""
+        self.sources.recheck = calibration or self._options.recheck
 
     def recheck(
         self, collected: "Collected", snapshot: "Snapshot"

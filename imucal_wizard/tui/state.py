@@ -55,6 +55,8 @@ class WizardState:
         saved: the saved calibration, or None.
         failure: why an unattended run could not go on, or None.
         unwritten: why the end of the session is not on disk, or "".
+        bench_lock: held by a thread that reads or changes the bench; the bench opens once the
+            diagnosis is done, and the diagnosis waits for a term that is being added.
     """
 
     def __init__(
@@ -81,8 +83,7 @@ class WizardState:
         self._written: Mapping[str, tuple[str, ...]] = {}
         """The bench's model of each sensor, as the saved file has it."""
         self._draft: BenchDraft | None = None
-        self._bench_lock = RLock()
-        """The bench opens once the diagnosis, which uses the same benches, is done."""
+        self.bench_lock = RLock()
 
     @property
     def hand(self) -> Hand | None:
@@ -168,7 +169,7 @@ class WizardState:
             DataError: the data determine no model.
         """
         benches = self.bench()
-        with self._bench_lock:
+        with self.bench_lock:
             told = {} if self.settings.predict else self.services.diagnose(benches)
             return benches.fitted(), told
 
@@ -200,7 +201,7 @@ class WizardState:
             DataError: the data determine no model.
         """
         assert self.report is not None, "the bench is offered after the fit"  # noqa: S101 (narrows the type)
-        with self._bench_lock:
+        with self.bench_lock:
             if self.benches is None or self.benches.report is not self.report:
                 benches = self.services.benches(self.report, self.benches)
                 if self._draft is None and not self.settings.quit_after:
@@ -252,7 +253,7 @@ class WizardState:
         """
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
         benches = None
-        with self._bench_lock:
+        with self.bench_lock:
             if self.benches is not None or not self.settings.predict:
                 with suppress(DataError):  # the data determine a fit, but no model to be judged
                     benches = self.bench()

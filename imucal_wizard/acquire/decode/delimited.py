@@ -64,6 +64,12 @@ class DelimitedDecoder(TextDecoder):
         return values
 
     def _read(self, line: bytes, first: bool) -> None:
+        if not first and self._separator == b"," and self._count >= MAX_DECIMALS_ROWS:
+            plain = numbers.plain_numbers(line)
+            if len(plain) == len(self.columns):
+                self._misfits.clear()
+                self._row(plain, [])
+                return
         if line.lstrip().startswith(b"#"):
             self._comment(line)
             return

@@ -240,23 +240,27 @@ class ResultScreen(FitScreen):
             self._deadline = time.monotonic() + settings.countdown
             self.set_interval(0.5, self._count_down)
 
-    def on_key(self, event: Key) -> None:
-        """Stop the countdown at any key."""
-        if event.key not in ("v", "s"):
-            self._leaves, self._deadline = False, None
-            self._tell_next()
+    def on_key(self, _event: Key) -> None:
+        """Stop the countdown at any key: it must not follow what the key has ordered."""
+        self._leaves, self._deadline = False, None
+        self._tell_next()
+
+    def action_order(self, name: str) -> None:
+        """Pass a command to the procedure, also one that was clicked."""
+        self._leaves, self._deadline = False, None
+        super().action_order(name)
 
     def action_save(self) -> None:
         """Go to the last step."""
-        self.state.order("save")
+        self.action_order("save")
 
     def action_leave_it(self) -> None:
         """Go to the last step without a fit."""
-        self.state.order("save")
+        self.action_order("save")
 
     def action_validate(self) -> None:
         """Go to the validation."""
-        self.state.order("validate")
+        self.action_order("validate")
 
     def refresh_page(self) -> None:
         """Show the newest state."""
@@ -321,9 +325,9 @@ class SaveScreen(FitScreen):
         super().on_mount()
         self.save()
 
-    @work(exclusive=True)
+    @work
     async def save(self) -> None:
-        """Fit again with the validation and write the file, in a thread."""
+        """Fit again with the validation and write the file, in a thread; one after the other."""
         state, app = self.state, cast("BaseApp", self.app)
         try:
             with app.unfinished():
