@@ -19,10 +19,10 @@ from imucal_wizard.cli.arguments import (
     add_recording_options,
     add_sensor,
     add_sessions,
+    add_speed,
     date_of,
     gravity_given,
     own_effects,
-    positive,
     recording_options,
     sessions_folder,
     table_options,
@@ -49,6 +49,7 @@ def parser() -> Parser:
     made.add_argument(
         "files",
         nargs="*",
+        default=[],
         type=Path,
         metavar="FILE",
         help="recording or session; without one the wizard opens and asks for the poses",
@@ -62,9 +63,7 @@ def parser() -> Parser:
         "--auto", action="store_true", help="the virtual IMU, moved by the virtual hand"
     )
     device.add_argument("--quit", action="store_true", help="leave once the verdict is known")
-    device.add_argument(
-        "--speed", type=positive, default=1.0, metavar="X", help="of the virtual IMU"
-    )
+    add_speed(device, "the virtual IMU")
     add_sensor(device)
     add_json(made)
     add_limits(made)

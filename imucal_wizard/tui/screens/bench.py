@@ -317,10 +317,10 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
         def done() -> tuple[BenchSnapshot, str]:
             problem = ""
-            with owner.bench_lock:
+            with owner.models.lock:
                 if act is not None:
                     act(bench)
-                    problem = owner.keep_model()
+                    problem = owner.models.keep()
                 return bench_snapshot(benches, bench), problem
 
         try:
@@ -335,7 +335,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
                 self.note = (_ROSE, "warn")
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
-            elif act is None and (restored := owner.restored):
+            elif act is None and (restored := owner.models.restored):
                 self.note = (f"✓ Here again: {restored}", "good")
         self.busy = ""
         self.redraw()
