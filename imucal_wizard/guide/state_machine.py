@@ -308,7 +308,7 @@ class StateMachine:
             self.advance()
             return
         outcome = watch.wait(block.seconds)
-        reason = watch.reason or f"again and again {self._broke or 'it moves'}"
+        reason = watch.reason or f"every rest is broken ({self._broke or 'it moves'})"
         if outcome == "stuck":
             text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             context.emit(EventKind.STUCK, text)
