@@ -374,7 +374,7 @@ def read(
         rate: samples per second where no column is a time, Hz.
         units: unit of the readings by sensor where the file does not say it, like ``{"gyroscope":
             "deg/s"}``.
-        format: name of the file format where the content does not tell it, like ``imu_tk``.
+        format: name of the file format if the content does not show it, like ``imu_tk``.
         all_samples: of a session: use everything received, also what was taken back.
         on_table: a rate table turned the device: a gyroscope alone is sufficient, and files that
             hold the same sensor follow one another in time.

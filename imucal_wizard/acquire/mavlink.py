@@ -203,7 +203,7 @@ class VehicleLink:
                 found[name] = value
             elif not name.endswith(_OPTIONAL):
                 raise LinkError(
-                    f"the vehicle does not tell its parameter {name}: without it the correction "
+                    f"the vehicle does not send its parameter {name}: without it the correction "
                     "cannot be undone. Try again, or update the firmware"
                 )
         return found

@@ -163,7 +163,7 @@ def _tell(
     if problem or needs:
         settings = tuple(need.replace(" ", "_") for need in needs)
         raise LinkError(
-            problem or f"the stream does not state its {', '.join(needs)}", settings=(settings)
+            problem or f"the stream does not state its {', '.join(needs)}", settings=settings
         )
     if not survey.seconds:
         note(f"no data for {waited:.0f} s: is the device switched on and sending?")

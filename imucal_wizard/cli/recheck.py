@@ -19,9 +19,10 @@ from imucal_wizard.cli.arguments import (
     add_recording_options,
     add_sensor,
     add_sessions,
+    add_speed,
     date_of,
+    gravity_given,
     own_effects,
-    positive,
     recording_options,
     sessions_folder,
     table_options,
@@ -48,6 +49,7 @@ def parser() -> Parser:
     made.add_argument(
         "files",
         nargs="*",
+        default=[],
         type=Path,
         metavar="FILE",
         help="recording or session; without one the wizard opens and asks for the poses",
@@ -61,9 +63,7 @@ def parser() -> Parser:
         "--auto", action="store_true", help="the virtual IMU, moved by the virtual hand"
     )
     device.add_argument("--quit", action="store_true", help="leave once the verdict is known")
-    device.add_argument(
-        "--speed", type=positive, default=1.0, metavar="X", help="of the virtual IMU"
-    )
+    add_speed(device, "the virtual IMU")
     add_sensor(device)
     add_json(made)
     add_limits(made)
@@ -133,7 +133,7 @@ def run(argv: Sequence[str]) -> int:
         arguments.grade,
         limits,
         arguments.gyro_zeroed,
-        arguments.gravity,
+        gravity_given(arguments),
         own_effects(arguments.effects),
         KnownRates(*table_options(arguments)),
     )
@@ -198,7 +198,7 @@ def _live(arguments: Namespace) -> int:
             quit=arguments.quit,
             hidden=tuple(arguments.hidden),
             seed=arguments.seed or 0,
-            gravity=arguments.gravity,
+            gravity=gravity_given(arguments),
             sessions=arguments.sessions,
             limits=_limits(arguments),
             recheck=arguments.calibration,

@@ -186,7 +186,7 @@ class CalibratedSensor(ABC):
     def reference(
         self, experiment: Experiment, found: Minimum[Experiment], covariance: FloatArray
     ) -> GravityReference | None:
-        """Up in each hold by the sensor as it is today; None of one that does not tell it.
+        """Up in each hold by the sensor as it is today; None of one that does not show it.
 
         Args:
             experiment: its rows.

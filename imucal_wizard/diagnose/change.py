@@ -7,7 +7,7 @@ drift D of an unchanged sensor, and the changes Δ that are looked for. With the
     Σ = K J (C + D) Jᵀ Kᵀ + K R Kᵀ,
 
 R being the noise. An error of the corrected input is linear in δ, ``e = L δ``; its largest value
-over some inputs is compared with the limit, and Σ tells how often noise and drift alone exceed it.
+over some inputs is compared with the limit, and Σ gives how often noise and drift alone exceed it.
 """
 
 from copy import copy

@@ -35,7 +35,7 @@ DIRECTIONS = even_directions(40)
 MIN_LIKELY_SHARE = 3e-4
 """Explanations less likely than this are left out, a few per cent of the probability in all."""
 MIN_CATALOGUE_SHARE = 0.05
-"""Probability of noise and effects together below which the catalogue tells nothing."""
+"""Probability of noise and effects together below which the catalogue says nothing."""
 DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
 """Middles of seven equal shares of a normal distribution, standard deviations."""
 

@@ -1,11 +1,11 @@
 """What a free curve shows: what it depends on, where it is steep, how wide, how large.
 
-Bias and scale take any straight line of it, so that only changes of slope are told. The slope is
-taken from that of the half of the curve where it is most alike. Where it stays above half of its
-largest value lies the part that changes: one such part is a step, two of opposite sense beside each
-other are a bump, more are a wave. A width is told only if at least ``MIN_HOLDS_INSIDE`` holds lie
-inside it, spread over it: with fewer the curve between the holds is a guess, and only the holds on
-either side are told.
+Bias and scale take any straight line of it, so that only changes of slope are reported. The slope
+is relative to that of the half of the curve where it is most alike. Where it stays above half of
+its largest value lies the part that changes: one such part is a step, two of opposite sense beside
+each other are a bump, more are a wave. A width is given only if at least ``MIN_HOLDS_INSIDE`` holds
+lie inside it, spread over it: with fewer the curve between the holds is a guess, and only the holds
+on either side are named.
 """
 
 import itertools
@@ -23,7 +23,7 @@ from imucal_wizard.model.unknown_shape import Range, UnknownShape
 MIN_HOLDS_INSIDE = 3
 """A step seen by fewer has any width."""
 MAX_GAP = 0.5
-"""Largest gap without a hold, as a share of a width that is told: three holds in the
+"""Largest gap without a hold, as a share of a width that is given: three holds in the
 same pose show no more than one."""
 MAX_SHARP_WIDTH = 0.2
 """Width of a steep part that is called sharp, as a share of what was measured."""
@@ -32,9 +32,9 @@ MIN_STEEP_SHARE = 0.5
 MIN_SLOPE_OF_PART = 0.1
 """Share of the largest slope of a part at which it ends."""
 MIN_RISE_IN_ERRORS = 3.0
-"""A rise of fewer standard errors is not told."""
+"""A rise of fewer standard errors is not reported."""
 STEP_SHARES = (0.1, 0.9)
-"""Of its height, between which the width of a step is told."""
+"""Of its height, between which the width of a step is measured."""
 PLACES = 201
 """At which the curve is drawn."""
 
@@ -209,7 +209,7 @@ def rms_size(sizes: FloatArray, errors: FloatArray) -> tuple[float, float]:
 
 
 def _in_unit(steep: SteepPart, span: Range) -> SteepPart:
-    """A part that is told in places of the range, in the shown unit."""
+    """A part given in places of the range, in the shown unit."""
     at, low, high = (span.middle + span.reach * one for one in (steep.at, *steep.between))
     width = None if steep.width is None else span.reach * steep.width
     return replace(steep, at=at, between=(low, high), width=width)

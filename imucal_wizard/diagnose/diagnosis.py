@@ -12,12 +12,12 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 
 @dataclass(frozen=True)
 class Apart:
-    """What it takes to tell two explanations apart.
+    """What it takes to separate two explanations.
 
     Attributes:
         first: the likelier effect.
         second: the other one.
-        before: size of the first at which these data tell it from the second, in ``unit``;
+        before: size of the first at which these data separate it from the second, in ``unit``;
             infinite when no size would do.
         after: the same with the poses proposed.
         size: what the first is estimated to be.

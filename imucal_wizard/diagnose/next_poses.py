@@ -1,6 +1,6 @@
 """What to measure next after each verdict, as requests to the operator.
 
-Requests that tell two explanations apart are chosen by ``optimal_design``; where the base model
+Requests that separate two explanations are chosen by ``optimal_design``; where the base model
 itself is not determined, the pose that adds most information about it comes first.
 """
 
@@ -67,7 +67,7 @@ POSES_INSIDE_STEEP_PART = 4
 MIN_SPARE_DIRECTIONS = 2
 """Directions beyond what determines the model, to leave out one and to contradict the rest."""
 MAX_P_WORTH_SEPARATING = 0.05
-"""A suspect of this p-value is worth being told from another."""
+"""A suspect of this p-value is worth separating from another."""
 ELSEWHERE = "one metre away from where it was, and from anything of iron"
 
 Requests = tuple[MeasurementRequest, ...]
@@ -166,8 +166,8 @@ def to_measure(
 ) -> tuple[Requests, Apart | None]:
     """What to measure next whatever the verdict, and between which two effects that decides.
 
-    What the verdict asks for; where it asks for nothing, what tells the likeliest explanation from
-    the one most like it; else more of everything.
+    What the verdict asks for; where it asks for nothing, what separates the likeliest explanation
+    from the one most like it; else more of everything.
 
     Args:
         diagnosis: of a sensor.
@@ -345,7 +345,7 @@ def more_of_all(table: ResidualTable) -> Requests:
 
 
 def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
-    """Poses until the directions determine the terms of the base, the most telling one first.
+    """Poses until the directions determine the terms of the base, the most informative one first.
 
     Args:
         up: directions held, unit vectors, shape (n, 3).
@@ -392,9 +392,11 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
     if verdict is Verdict.AMBIGUOUS:
         if any("current" in terms for terms in findings.opinion.explanations):
             return circles(
-                "once more, half of it with the motors on, tells a current from what is slow"
+                "once more, half of it with the motors on, separates a current from slow changes"
             )
-        return circles("once more with the device warmer tells a drift from warmth", warm=True)
+        return circles(
+            "once more with the device warmer separates a drift from temperature", warm=True
+        )
     if verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE):
         return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
     if verdict is Verdict.DISTURBED:
@@ -459,7 +461,7 @@ def brings(apart: Apart) -> str:
 def _separate(
     bench: Bench, first: Explained, second: Explained, most: int, noise: FloatArray, *, rotate: bool
 ) -> tuple[Requests, Apart]:
-    """The requests that tell two explanations apart, and what they bring.
+    """The requests that separate two explanations, and what they bring.
 
     Args:
         bench: of one sensor.
@@ -475,7 +477,7 @@ def _separate(
         axis = name[:1] if name[:1] in AXES else AXES[0]
         now, more = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
         worth, before, after = choose(now, lambda _: [(axis, more)], 1, MIN_GROWTH_OF_ROTATIONS)
-        why = f"tells {first.effect.name} from {second.effect.name}"
+        why = f"separates {first.effect.name} from {second.effect.name}"
         chosen, count = rotations_about("".join(worth), why), ROTATIONS_PER_AXIS * len(worth)
     else:
         where, table = bench.measured.circumstances, bench.rows
@@ -499,7 +501,7 @@ def separating_poses(
     *,
     radial: bool = True,
 ) -> tuple[Requests, float, float]:
-    """Poses that tell two explanations of a misfit apart.
+    """Poses that separate two explanations of a misfit.
 
     Args:
         first: the likelier explanation.
@@ -510,8 +512,8 @@ def separating_poses(
         radial: a hold shows the error along gravity; else (a gyroscope at rest) of each axis.
 
     Returns:
-        The poses; the size of the first explanation (in shares of its estimate) needed to tell it
-        from the second with the data there are, and with these poses.
+        The poses; the size of the first explanation (in shares of its estimate) needed to
+        separate it from the second with the data there are, and with these poses.
     """
     typical = np.array([median(sigma)])
 
@@ -537,7 +539,7 @@ def _separating_request(
     name: str, warm: bool, first: Explained, second: Explained
 ) -> MeasurementRequest:
     warmed = f", the device {WARMER:.0f} °C warmer" if warm else ""
-    brief = f"tells {first.effect.name} from {second.effect.name}"
+    brief = f"separates {first.effect.name} from {second.effect.name}"
     made = request(NAMED[name], f"{pose_in_words(name)}{warmed}: {brief}", brief=brief, warm=warm)
     return replace(made, pose=name if name in DIRECTIONS else None)
 

@@ -1,8 +1,8 @@
-"""A greedy design: what to measure so that the data tell two explanations of a misfit apart.
+"""A greedy design: what to measure so that the data separate two explanations of a misfit.
 
 With base columns J, the patterns of two effects A and B, and noise one, the part of A that neither
 the base nor B can imitate is ``(I − P_[J, B]) A``. Its length times the size of A is the number of
-standard deviations by which the data tell the two apart. Measurements are chosen one after the
+standard deviations by which the data separate the two. Measurements are chosen one after the
 other, each the one that makes this length grow most.
 """
 
@@ -41,13 +41,13 @@ SECONDS_PER_POSE = 15.0
 DEVIATIONS_APART = 2.33 + 1.645
 """Standard deviations for one mistake in a hundred and five misses in a hundred."""
 ENOUGH_LENGTH = 2.0 * DEVIATIONS_APART
-"""When an effect of half the size would be told apart, no more poses are asked for; but never one
-alone, which nobody could tell from a disturbed hold."""
+"""When an effect of half the size would be separated, no more poses are asked for; but never one
+alone, which could as well be a disturbed hold."""
 
 
 @dataclass(frozen=True, eq=False)
 class Explained:
-    """One of the explanations to be told apart.
+    """One of the explanations to be separated.
 
     Attributes:
         effect: the effect.
@@ -77,7 +77,7 @@ def choose(
         offers: what could be measured as the next, each with the rows that it would add, given how
             much has been chosen already.
         most: offers to take at most.
-        growth: factor by which each must lengthen what tells the explanations apart.
+        growth: factor by which each must lengthen what separates the explanations.
 
     Returns:
         What was chosen; the size needed before and after, in shares of the first one's estimate.

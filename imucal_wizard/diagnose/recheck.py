@@ -317,10 +317,10 @@ def _moved(change: Change) -> tuple[MovedParameter, ...]:
     experiment, known = change.found.experiment, change.known
     before = known.named(known.calibration.entries)
     args = known.named, change.found.calibration.entries
-    told = with_errors(*args, change.covariance, experiment.unit_of, ())
+    moved = with_errors(*args, change.covariance, experiment.unit_of, ())
     usual = with_errors(*args, change.power.usual, experiment.unit_of, ())
     found = []
-    for one, by_drift in zip(told, usual, strict=True):
+    for one, by_drift in zip(moved, usual, strict=True):
         by, spread = one.value - before[one.name], by_drift.standard_error or 0.0
         p = math.erfc(abs(by) / spread / math.sqrt(2.0)) if spread else 1.0
         found.append(MovedParameter(one.name, by, one.standard_error, one.unit, p))
@@ -387,11 +387,11 @@ def device_verdict(
             verdict = worse
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
-    told = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
+    reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
     advice = {
         RecheckVerdict.GO: "the calibration is still good",
         RecheckVerdict.NO_GO: "a new calibration is worth it",
-        RecheckVerdict.INSUFFICIENT: "this check does not tell",
+        RecheckVerdict.INSUFFICIENT: "this check cannot decide",
     }[verdict]
-    says = "; ".join([advice, *told, *notes])
+    says = "; ".join([advice, *reasons, *notes])
     return Recheck(verdict, seconds, sensors, says)

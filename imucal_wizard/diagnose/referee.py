@@ -1,6 +1,6 @@
 """The gyroscope as referee between explanations of the accelerometer's misfit.
 
-The magnitude of gravity cannot tell some effects of the accelerometer apart, but each of them turns
+The magnitude of gravity cannot separate some effects of the accelerometer, but each of them turns
 the measured directions of up in its own way, and these directions are the gyroscope's reference.
 Under each explanation the accelerometer is fitted with its terms, and the marginal likelihood of
 the gyroscope's rows is computed under the directions that follow, with

@@ -162,8 +162,8 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
         return insufficient(sensor, str(error), benches.report)
     if bench is None:
         warnings = benches.report.warnings
-        told = [one for one in warnings if f"{sensor} is not calibrated" in one]
-        why = told[0] if told else f"the {sensor} is not calibrated"
+        reasons = [one for one in warnings if f"{sensor} is not calibrated" in one]
+        why = reasons[0] if reasons else f"the {sensor} is not calibrated"
         return insufficient(sensor, why, benches.report)
     for name in added:
         bench.add(name)
@@ -217,7 +217,7 @@ def _verdict(
 ) -> Verdict:
     """The word for the model at the end.
 
-    What was added is not missing any more; that its family cannot be told apart stays to be said.
+    What was added is not missing any more; that its family cannot be split is still said.
 
     While a part of the base is left out nothing is named: what it leaves looks like any effect.
     While the accelerometer is not complete, what it lacks tilts the reference: nothing is the

@@ -92,7 +92,7 @@ MIN_CORRELATION_ALIKE = 0.9
 """Correlation of two effects' visible patterns above which they look the same here."""
 
 MIN_ODDS_SETTLED = 5.0
-"""Log odds from which on the data tell the setting of a suspect."""
+"""Log odds from which on the data determine the setting of a suspect."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,20 +155,20 @@ class Suspect:
 
     @cached_property
     def sized(self) -> Candidate | None:
-        """The setting that sizes are told for: the middle one tried, if the data tell none.
+        """The setting that the sizes are for: the middle one tried, if the data determine none.
 
         None for a disturbed hold, and for a free curve, whose coefficients are no sizes.
         """
         if self.likeliest is not None and self.likeliest.effect.free:
             return None
-        told = self.log_odds >= MIN_ODDS_SETTLED or self.likeliest is None
-        return self.candidate if told else usual_setting(self.misfit, self.term)
+        settled = self.log_odds >= MIN_ODDS_SETTLED or self.likeliest is None
+        return self.candidate if settled else usual_setting(self.misfit, self.term)
 
     @cached_property
     def detectable(self) -> FloatArray:
         """Size of each parameter alone from which these data show a misfit, shown unit, (p,).
 
-        Infinite where the data are blind; empty where no sizes are told.
+        Infinite where the data are blind; empty where no sizes are given.
         """
         return np.zeros(0) if self.sized is None else self.detectability.seen(self.sized)
 
@@ -203,7 +203,7 @@ class Suspect:
 
     @property
     def hardly_shown(self) -> tuple[str, ...]:
-        """Parameters that show above the sizes told only, or at no size; none if all are so."""
+        """Parameters that show above the given sizes only, or at no size; none if all are so."""
         if self.sized is None:
             return ()
         least = self.detectable_on_any_axis
@@ -215,9 +215,9 @@ class Suspect:
 
     @property
     def never_named(self) -> tuple[str, ...]:
-        """Parameters that show at the sizes told, but whose family is named at no size.
+        """Parameters that show at the given sizes, but whose family is named at no size.
 
-        None if all are so: that is told instead of a size.
+        None if all are so: that is said instead of a size.
         """
         if self.sized is None or not np.isfinite(self.nameable).any():
             return ()

@@ -181,7 +181,7 @@ that they are not linear leave some."""
 MIN_LISTED_PROBABILITY = 0.02
 """Explanations below this share of the probability are not listed."""
 MIN_MEMBER_PROBABILITY = 0.95
-"""Share within its family that one effect needs to be told apart from the others."""
+"""Share within its family that one effect needs to be named instead of the family."""
 
 
 MIN_ACCUSED = 0.5

@@ -55,7 +55,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     elif bench is not None:
         if diagnosis.added and diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
             parts += _missing(diagnosis, bench)
-        told = {
+        sentences_of = {
             Verdict.COMPLETE: _complete,
             Verdict.MISSING: _missing,
             Verdict.AMBIGUOUS: _ambiguous,
@@ -64,7 +64,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
             Verdict.DISTURBED: _disturbed,
             Verdict.WAITING: _waiting,
         }[diagnosis.verdict]
-        parts += told(diagnosis, bench)
+        parts += sentences_of(diagnosis, bench)
         parts += _closures(diagnosis)
     if bench is not None:
         parts += _curves_of_model(bench)
@@ -101,8 +101,8 @@ def _not_measured(bench: Bench) -> list[str]:
 
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     terms = [term for members in _opinion(diagnosis).terms for term in members]
-    told = [sentence for term in terms for sentence in effect_text(diagnosis, bench, term)]
-    return told + _fall(diagnosis, bench)
+    sentences = [sentence for term in terms for sentence in effect_text(diagnosis, bench, term)]
+    return sentences + _fall(diagnosis, bench)
 
 
 def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -111,15 +111,15 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     choice = "; and ".join(_or(members) for members in opinion.terms)
     if opinion.families:
         kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
-        parts = [f"The {bench.sensor} shows {kinds}: {choice}, and these data cannot tell which."]
+        parts = [f"The {bench.sensor} shows {kinds}: {choice}, and these data cannot decide which."]
     else:
         listed = "; ".join(
             " with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS]
         )
         parts = [
             (
-                f"The {bench.sensor}'s misfit has several explanations that these data cannot tell "
-                f"apart: {listed}."
+                f"The {bench.sensor}'s misfit has several explanations that these data cannot "
+                f"separate: {listed}."
             )
         ]
     for term in diagnosis.added:
@@ -140,8 +140,8 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
     if opinion.heard is None:
         return []
     order = sorted(opinion.heard.with_terms.items(), key=lambda one: -one[1].log_evidence)
-    told = [(terms, opinion.closures(terms)) for terms, _ in order]
-    known = [(terms, pair) for terms, pair in told if pair is not None]
+    closures = [(terms, opinion.closures(terms)) for terms, _ in order]
+    known = [(terms, pair) for terms, pair in closures if pair is not None]
     # effects by themselves, if there are any: with another one beside them they close alike
     known = [one for one in known if len(one[0]) == 1] or known
     if not known:
@@ -228,14 +228,14 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     how = f"depends on {shape.over}{'' if others else ' only'}"
     if not alone:
         how = f"depends on {shape.over}, and more than that is wrong"
-    told = [f"The error of {shape.axis} {how}: {shape.words()}."]
+    sentences = [f"The error of {shape.axis} {how}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
-        told.append(f"It may be {names} as well: these data cannot tell which.")
+        sentences.append(f"It may be {names} as well: these data cannot decide which.")
     unit, out = bench.fit.unit, bench.left_out_unit
     change = f"from {quantity(now, unit)} to {quantity(then, unit)}"
     return [
-        *told,
+        *sentences,
         f"Adding {first.term} would bring the error on {out} left out {change}.",
         f"{_capital(shape.unknown)}.",
     ]
@@ -357,15 +357,15 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
-    told = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
+    sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
     if diagnosis.bench is not None:
-        told.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
-    return told
+        sentences.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
+    return sentences
 
 
 def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """What limits the verdict, and what the user did that the data do not support."""
-    floors, told = bench.ladder[-1].floors, [bench.measured.assumption]
+    floors, sentences = bench.ladder[-1].floors, [bench.measured.assumption]
     found = floors.repeats
     if (
         found is not None
@@ -375,29 +375,29 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         repeats, within = (quantity(size, floors.unit) for size in (found.rms, floors.within))
         if not bench.measured.at_rest:
             where = f"{repeats} from one time to another, {within} within each"
-            told.append(f"The same direction does not repeat: {where}.")
+            sentences.append(f"The same direction does not repeat: {where}.")
         elif diagnosis.verdict is Verdict.COMPLETE:
-            told.append(
+            sentences.append(
                 f"A pose held again differs by {repeats}, noise within a hold makes {within}: what "
                 "is slower than a hold (wandering noise, temperature, the seat) is counted as "
                 "noise here."
             )
         else:
-            told.append(
+            sentences.append(
                 f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
-        told.append(
+        sentences.append(
             f"So few {bench.left_out_unit} hardly predict one that is left out: more of them "
             "bring the error held out down."
         )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
-        told.append(
+        sentences.append(
             f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "
             f"confirm it: {_change(bench)}. Take it out again."
         )
-    return [one for one in told if one] + _new_poses(diagnosis)
+    return [one for one in sentences if one] + _new_poses(diagnosis)
 
 
 _NOTHING_KNOWN_IS_MISSING = (Verdict.COMPLETE, Verdict.UNEXPLAINED)
@@ -472,7 +472,7 @@ def _would_decide(one: Apart, beyond: str) -> str:
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"
-        return f"No {what} tried here tells {pair}; {beyond} may."
+        return f"No {what} tried here separates {pair}; {beyond} may."
     before = (
         "at no size"
         if not np.isfinite(one.before)
@@ -484,10 +484,12 @@ def _would_decide(one: Apart, beyond: str) -> str:
         f"it is about {size_with_unit(one.size, one.unit)} here",
     )
     if one.enough:
-        return f"These data tell {pair} {before} on; {listed} would from {after} on, and {here}."
+        return (
+            f"These data separate {pair} {before} on; {listed} would from {after} on, and {here}."
+        )
     what = "Rotations" if one.turning else "Still poses at 1 g"
     return (
-        f"{what} hardly tell {pair}: these data do {before} on, {listed} from {after} on, and "
+        f"{what} hardly separate {pair}: these data do {before} on, {listed} from {after} on, and "
         f"{here}. {_capital(beyond)} may."
     )
 

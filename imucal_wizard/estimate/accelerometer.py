@@ -48,7 +48,7 @@ MIN_HOLDS = 4
 MIN_NOISE = 1e-7
 """Of gravity; no average is better, and data without any noise keep a weight."""
 FIRST_NOISE = 1e-5
-"""Of gravity; by it the first fit tells whether its steps still matter."""
+"""Of gravity; the first fit ends when its steps are small against it."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
 MIN_REPEATS_OF_POSES = 4
@@ -64,7 +64,7 @@ class AccelerometerExperiment(Experiment):
         holds: still periods, n of them.
         gravity: m/s².
         unit: of the readings, ``m/s^2`` or ``count``.
-        calibration: a first one, from which directions and noise are told.
+        calibration: a first one, from which directions and noise are computed.
         identified: which parameters the directions determine.
         noise: of the holds.
         readings: what the holds were found in: beginning of the session, vibration.

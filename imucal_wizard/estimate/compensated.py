@@ -71,7 +71,7 @@ def noticed(fit: SensorFit) -> str:
     whole = matrix is not None and matrix.nominal
     largest = _bias_shown(fit, float(np.abs(bias.size).max()))
     if whole:
-        what = f"bias (at most {largest}) and matrix are nominal as far as these data tell"
+        what = f"bias (at most {largest}) and matrix are nominal within the accuracy of these data"
         return f"the {fit.sensor}'s {what}: {_ALREADY} {_worth(fit)} {_RAW[fit.sensor]}"
     advice = _OFFSET[fit.sensor]
     return f"the {fit.sensor}'s bias is nominal (at most {largest}): {advice} {_RAW[fit.sensor]}"

@@ -95,7 +95,7 @@ class Experiment(ABC):
         needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
             cannot be judged before that model is complete.
         on_table: what a rate table did, of a gyroscope that was calibrated by it alone.
-        guided: the operator of the wizard can add rows to it; else no next poses are told.
+        guided: the operator of the wizard can add rows to it; else no next poses are proposed.
         slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
             where that is not asked.
         shows_slow_noise: what the operator does to show it.
@@ -177,7 +177,7 @@ class Experiment(ABC):
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
-        With slow noise told from what the fit leaves; None where that of the rows holds as it is.
+        With slow noise estimated from the residuals; None where the covariance of the rows is used.
         """
         del found
         return None

@@ -1,7 +1,7 @@
 """The estimator: one MAP fit of a base model and effects to the rows of any experiment.
 
 A calibration without effects is the same fit without terms. ``gauss_newton`` finds the minimum;
-``held_out`` tells the errors of holds and rotations left out, and those that noise alone makes.
+``held_out`` computes the errors of holds and rotations left out, and those that noise alone makes.
 ``report`` computes every figure of the fit once, for all commands and screens.
 """
 
@@ -130,7 +130,7 @@ def _covariances(
 ) -> tuple[FloatArray | None, FloatArray | None, FloatArray | None]:
     """Covariance of M and b, that of the sizes of effects, and that of M and b by repeats alone.
 
-    None where nothing is left to judge by, or no repeats tell it.
+    None where nothing is left to judge by, or without repeats.
     """
     experiment, covariance = found.experiment, found.covariance()
     if covariance is None:
@@ -140,7 +140,7 @@ def _covariances(
         free, basis = slice(0, len(found.directions)), found.directions.columns
         of_entries = basis @ covariance[free, free] @ basis.T + experiment.left_nominal(found)
     by_repeats = None
-    # repeats tell the scatter of the rows fitted only where all of these are such rows
+    # repeats show the scatter of the rows fitted only where all of these are such rows
     if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
         by_repeats = repeats.rms**2 / float(found.white_variance.mean()) * of_entries
     return of_entries, covariance[found.sizes, found.sizes], by_repeats

@@ -41,7 +41,7 @@ VALLEY = 0.2
 prior determine."""
 
 MIN_FREEDOM_TO_JUDGE = 3.0
-"""Degrees of freedom from which on a kind of row tells its noise by its residual alone."""
+"""Degrees of freedom from which on a kind of row shows its noise by its residual alone."""
 MIN_SHARE = 0.05
 """Of the measured noise that a kind of row may seem to have by its residual: by chance with three
 degrees of freedom once in three hundred."""
@@ -83,7 +83,7 @@ class Minimum(Generic[E_co]):
 
     @property
     def reported(self) -> BoolArray:
-        """Which parameters an error is told with: all but those of the reference's own errors."""
+        """Which parameters have a reported error: all but the reference's own errors."""
         known = np.ones(len(self.system.precision), bool)
         shared = slice(self.sizes.stop, None)
         known[shared] = self.system.precision[shared] == 0.0
@@ -103,7 +103,7 @@ class Minimum(Generic[E_co]):
 
     @property
     def slow(self) -> BoolArray:
-        """Which parameters are slow noise, told from the rows themselves, of all parameters."""
+        """Which of all parameters are slow noise, estimated from the rows themselves."""
         slow = {name for source in self.experiment.sources for name in source.slow}
         known = np.zeros(len(self.system.precision), bool)
         known[self.sizes.stop :] = [name in slow for name in shared_names(self.experiment)]
@@ -146,7 +146,7 @@ class Minimum(Generic[E_co]):
         """Of all parameters, by the scatter of the rows; None where nothing is left to judge by.
 
         ``C (Jᵀ W Σ W J + P) C`` with the weights W of the fit and the variances Σ that it leaves.
-        What slow noise adds to it, the experiment tells (``Experiment.in_session``).
+        The experiment adds slow noise (``Experiment.in_session``).
         """
         if self.balance.freedom.min() < 1.0:
             return None

@@ -1,7 +1,7 @@
 """The gyroscope by gravity: rates at rest and closures of rotations, in the accelerometer's frame.
 
-Means at rest tell the biases, rotations the nine gains and a little of the biases; both are rows of
-one fit, each weighed by its own scatter.
+Means at rest determine the biases, rotations the nine gains and a little of the biases; both are
+rows of one fit, each weighed by its own scatter.
 """
 
 import itertools
@@ -398,8 +398,8 @@ def in_session_by_rests(
 ) -> FloatArray | None:
     """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
-    The bias of each axis wanders by itself. It wanders in the rotations, too, and the rests tell by
-    how much.
+    The bias of each axis wanders by itself. It wanders in the rotations, too, and the rests show
+    by how much.
 
     Args:
         found: a fit whose first rows are the rates at rest.
@@ -462,12 +462,12 @@ def motion_of(
     samples = rotations.samples
     hold = rotations.before[samples.rotation]
     time = samples.time - origin
-    temperature, told = np.full(len(time), np.nan), np.isfinite(known.temperature)
+    temperature, recorded = np.full(len(time), np.nan), np.isfinite(known.temperature)
     if readings is not None and readings.temperature is not None and len(readings.temperature):
         series = readings.temperature
         temperature = np.interp(time, series.time - origin, series.values[:, 0])
-    elif told.any():
-        temperature = np.interp(time, known.time[told], known.temperature[told])
+    elif recorded.any():
+        temperature = np.interp(time, known.time[recorded], known.temperature[recorded])
     return replace(
         known.select(hold),
         rate=rotations.rates(start),

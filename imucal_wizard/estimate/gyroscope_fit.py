@@ -37,7 +37,7 @@ BLIND = 1e-10
 def datasheet_precision(nominal: Nominal, matrix: FloatArray) -> FloatArray:
     """Precision of what datasheets say of M and b, shape (12,).
 
-    It holds what the data do not show, so that a first fit can tell what they do.
+    It fixes what the data do not determine, so that a first fit can show what they do.
     """
     size, out = np.linalg.norm(matrix, 2), np.zeros(ENTRIES)
     out[MATRIX] = (CROSS_PRIOR * size) ** -2.0

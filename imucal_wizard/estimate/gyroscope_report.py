@@ -51,7 +51,7 @@ class GyroscopeReport:
         fit: the result, or None when it cannot be fitted; its residuals are those of the rotations
             without a problem, in order.
         rotations: all rotations, with axis and problem filled in.
-        angles: angle turned in each, rad; None where nothing tells it.
+        angles: angle turned in each, rad; None where it is not known.
         comparison: static, dynamic and vector results per axis.
         warnings: why something is missing.
         outlier: the rotation that does not fit with all others (index into ``rotations``), if any.
@@ -195,7 +195,7 @@ def integral(values: FloatArray, time: FloatArray) -> FloatArray:
 def _named(
     rotations: Sequence[Rotation], found: SensorFit, up: FloatArray, holds: Sequence[Hold]
 ) -> tuple[tuple[Rotation, ...], tuple[float | None, ...]]:
-    """Each rotation with the axis it was about, and its angle, rad, where that can be told."""
+    """Each rotation with the axis it was about, and its angle, rad, where that is known."""
     places = {id(hold): index for index, hold in enumerate(holds)}
     named: list[Rotation] = []
     angles: list[float | None] = []

@@ -48,7 +48,7 @@ def rms_held_out(found: Minimum[Experiment]) -> float | None:
 
 @dataclass(frozen=True, eq=False)
 class Items:
-    """Judged rows by what they are of: errors are told per hold, per rotation.
+    """Judged rows by what they are of: errors are reported per hold, per rotation.
 
     Attributes:
         rows: the judged rows, shape (j,).
@@ -157,7 +157,7 @@ def _under_the_others(
     Args:
         found: the fit of all.
         left: what it leaves of k sets of independent rows, shape (n, k).
-        errors: the error of each measured row that is told of these, shape (n, k).
+        errors: the reported error of each measured row, shape (n, k).
 
     Returns:
         None where the other rows do not determine the model.

@@ -41,8 +41,8 @@ NEEDS_ALL = "needs all of these positions, so none could be left out to check it
 SLOPE_STEP = 1e-3
 """Change of a reading, in units of gravity, by which the derivative of a method is taken."""
 MAX_AMPLIFICATION = 42.0
-"""Of a hold's noise by the other directions, beyond which the error of one left out tells only of
-the hole that it leaves: usual noise (1 mg) would then pass for a usual bias (42 mg)."""
+"""Of a hold's noise by the other directions, beyond which the error of one left out shows only
+the gap that it leaves: usual noise (1 mg) would then pass for a usual bias (42 mg)."""
 
 
 def fit_by_method(holds: Sequence[Hold], gravity: float, unit: str, method: str) -> SensorFit:

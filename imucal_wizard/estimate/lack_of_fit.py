@@ -1,8 +1,8 @@
 """The test of lack of fit: whether measured noise makes what a model leaves.
 
 The noise is what was measured apart from the model: the noise within the holds, and how far the
-same pose differs from one visit to the next. Residuals between directions do not tell it: they hold
-what the model lacks. The residual is tested twice, each time at one per cent:
+same pose differs from one visit to the next. Residuals between directions do not measure it: they
+contain what the model lacks. The residual is tested twice, each time at one per cent:
 
 - against the noise within the holds alone, by F with the degrees of freedom of that noise;
 - where poses were repeated, against that and the variance between visits that the repeats show:

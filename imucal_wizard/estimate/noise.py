@@ -21,7 +21,7 @@ OUTLYING = 4.0
 MIN_CHANCE = 1e-6
 """Least variance by chance of a logarithm, where a share is nearly the whole."""
 MIN_SPHERE = 0.1
-"""Least over largest singular value of the equations of a sphere's centre that poses tell."""
+"""Least over largest singular value of the equations of a sphere's centre."""
 EQUAL_P = 0.05
 """Probability of variances that differ as much by chance, above which they are taken as equal."""
 SWAYED_P = 0.01
@@ -57,7 +57,7 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
 
     The noise per second of a hold is that at its lowest frequencies, which counts correlated noise
     in full but has few degrees of freedom, and that of its samples, of which there are many: the
-    ratio of the two is told from all holds together. How far holds differ by
+    ratio of the two is estimated from all holds together. How far holds differ by
     more than chance decides how much each one's own noise counts (``shrunk``). Of holds in which
     the device swayed only the noise along gravity counts for the magnitude.
     """
@@ -232,16 +232,16 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     covariances = np.array([hold.accelerometer_covariance for hold in holds]).reshape(-1, 3, 3)
     away = means - _centre(means)
     length = np.linalg.norm(away, axis=1)
-    told = (length > 0.0) & (length < np.inf)
-    up = away / np.where(told, length, 1.0)[:, None]
+    known = (length > 0.0) & (length < np.inf)
+    up = away / np.where(known, length, 1.0)[:, None]
     whole = np.trace(covariances, axis1=1, axis2=2)
     along = np.maximum(np.einsum("ni,nij,nj->n", up, covariances, up), 0.0)
     across = np.maximum(0.5 * (whole - along), 0.0)
-    return np.where(told, along, whole / 3.0), np.where(told, across, whole / 3.0)
+    return np.where(known, along, whole / 3.0), np.where(known, across, whole / 3.0)
 
 
 def _centre(means: FloatArray) -> FloatArray:
-    """Centre of the sphere through readings, or of their range where they do not tell it, (3,)."""
+    """Centre of the sphere through readings, or of their range if that is not determined, (3,)."""
     middle = 0.5 * (means.min(axis=0) + means.max(axis=0))
     away = means - middle
     reach = float(np.abs(away).max())
@@ -294,7 +294,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
 
     Axes differ by the noise per second that is common to all holds, holds by their own scatter,
     moderated by all others (``shrunk``). What a hold has beyond the common noise counts as motion:
-    a device that turned while it was averaged tells less of the bias, and ends elsewhere than its
+    a device that turned while it was averaged says less about the bias, and ends elsewhere than its
     mean direction.
 
     Args:

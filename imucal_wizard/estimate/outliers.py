@@ -14,7 +14,7 @@ from imucal_wizard.estimate.distributions import exceeded
 FALSE_ALARM = 0.001
 """Probability with which a faultless set of data has an outlier."""
 MIN_FREEDOM = 3
-"""Degrees of freedom below which one measurement is not told from the fit itself."""
+"""Degrees of freedom below which one measurement determines the fit itself."""
 
 
 @dataclass(frozen=True)

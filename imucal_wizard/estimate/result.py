@@ -165,7 +165,7 @@ class SensorFit:
         repeatability: how far the same pose differs from one visit to the next: what no model of
             the pose can explain; None where no pose was repeated.
         slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
-            biases, which else is told from what the fit leaves; None where that is not asked.
+            biases, which is otherwise estimated from the residuals; None where that is not asked.
         suspects: which of the residuals stand out from all others: to be measured again.
         unused: which of the residuals are of holds that the method does not look at, so that they
             are held out as they are.
@@ -309,7 +309,7 @@ class FitReport:
         holds: the holds found, in time order.
         rotations: the rotations found, in time order; those with a ``problem`` were not fitted.
         angles: angle turned in each rotation, rad, signed about its axis where it has one; None
-            where nothing tells it.
+            where it is not known.
         sensors: the fit of each sensor by name.
         comparison: the gyroscope's three methods side by side.
         warnings: what the user must know.

@@ -100,7 +100,7 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
 def _shift(averages: Sequence[tuple[FloatArray, int]], step: FloatArray) -> FloatArray:
     """Variance by rounding of each axis, shape (3,), from covariances of averages of n samples.
 
-    Each axis is between other steps in each hold, so their mean variance tells the noise; the
+    Each axis is between other steps in each hold, so their mean variance gives the noise; the
     liveliest tenth may have been disturbed.
     """
     single = [np.diag(covariance) * samples for covariance, samples in averages]

@@ -6,8 +6,8 @@ angle as that of white noise does, with the variance ``2 T Σ H(kf) P(kf)`` in T
 two-sided power density of the true rate, H: share of the power that the sensor's low-pass filter
 passes). Power below half of f is integrated correctly.
 
-No sample shows P(f), but the spectrum of the rates tells how P falls towards it, and the noise at
-rest, which is white before the filter, what the filter passes. The sampled spectrum at ν is
+No sample shows P(f), but the spectrum of the rates shows how P falls towards it, and the noise at
+rest, which is white before the filter, shows what the filter passes. The sampled spectrum at ν is
 
     q(ν) = Σ H(ν + kf) P(ν + kf)    over all k, positive and negative.
 

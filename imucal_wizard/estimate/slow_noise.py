@@ -1,4 +1,4 @@
-"""Slow noise of a bias: what it adds to the covariance of holds, told from how these scatter.
+"""Slow noise of a bias: what it adds to the covariance of holds, estimated from their scatter.
 
 A bias wanders (flicker noise, power h/f; its Allan deviation is flat at the bias instability
 ``B = √(2 ln 2 · h)``, IEEE 952, annex C). Its slowest part is the same in all holds of a session:
@@ -8,8 +8,8 @@ of the variance ``h ln 2``. Averages over holds of T₁ and T₂ s, d s apart, t
 
     h ln 2 Σ (τ²/T₁T₂) (1 − e^(−T₁/τ)) (1 − e^(−T₂/τ)) e^(−d/τ)
 
-(of one hold with itself ``2 (τ/T)² (T/τ − 1 + e^(−T/τ))``). How large B is, the scatter of the
-holds tells (restricted likelihood).
+(of one hold with itself ``2 (τ/T)² (T/τ − 1 + e^(−T/τ))``). B is estimated from the
+scatter of the holds (restricted likelihood).
 """
 
 import math
@@ -33,7 +33,7 @@ MOMENTS = 6
 ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
-size, and without a measurement what a fit leaves hardly tells the two apart."""
+size, and without a measurement the residuals hardly distinguish the two."""
 ALL_WHITE_OF_FIELD = 0.3
 """The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
 everywhere and always: circles about one axis after the other take most of a drift for soft iron, so
@@ -148,7 +148,7 @@ class Fitted:
 
 @dataclass(frozen=True, eq=False)
 class Between:
-    """Rows between the holds, which the same slow errors move; the holds tell how large these are.
+    """Rows between the holds, which the same slow errors move; the holds give their size.
 
     Attributes:
         spans: beginning and end of what was measured, s, shape (m, 2).
@@ -248,9 +248,16 @@ class SlowKind:
 
 @dataclass(frozen=True, eq=False)
 class SlowErrors:
-    """What the errors of a session's holds may be, each kind with its probability."""
+    """What the errors of a session's holds may be, each kind with its probability.
+
+    Attributes:
+        kinds: the kinds of slow errors.
+        variance: by whose inverse each hold was weighed in each of the fits that tell these errors,
+            shape (n,) each. Fits of other weights have the same errors.
+    """
 
     kinds: tuple[SlowKind, ...]
+    variance: tuple[FloatArray, ...]
 
     @property
     def measured(self) -> bool:
@@ -259,18 +266,16 @@ class SlowErrors:
 
     def scaled(self, factor: float) -> "SlowErrors":
         """The same in a unit of which the old one is so many."""
-        return SlowErrors(tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds))
+        kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
+        return SlowErrors(kinds, tuple(factor**2 * one for one in self.variance))
 
-    def loading(self, variance: FloatArray) -> FloatArray:
+    def loading(self) -> FloatArray:
         """By how much the latent slow errors that matter move the holds of the one fit, (n, m).
 
         What weighs the holds is the mean of the inverse covariances: a large error that is hardly
-        likely then takes little away from what a combination of holds tells.
-
-        Args:
-            variance: by whose inverse each hold was weighed, shape (n,).
+        likely then takes little away from the information in a combination of holds.
         """
-        sigma, slow = np.sqrt(variance), [float(one.weight[1:].sum()) for one in self.kinds]
+        sigma, slow = np.sqrt(self.variance[0]), [float(one.weight[1:].sum()) for one in self.kinds]
         if sum(slow) < MIN_SLOW_SHARE / (1.0 + MIN_SLOW_SHARE):
             return np.zeros((len(sigma), 0))  # however large they are, they take away too little
         weight = np.zeros((len(sigma), len(sigma)))
@@ -300,7 +305,8 @@ class SlowErrors:
                 if between is not None:
                     pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
                     slow = kind.whole
-                total = total + kind.weight @ kind.scale[k] * (one.pull * one.variance) @ one.pull.T
+                variance = kind.weight @ kind.scale[k] * self.variance[k]
+                total = total + (one.pull * variance) @ one.pull.T
                 total = total + kind.weight @ kind.size[k] * pull @ slow @ pull.T
             if between is not None:
                 white = (between.pull * between.variance) @ between.pull.T
@@ -320,7 +326,7 @@ def slow_errors(
     The errors of the holds are independent, with variances in the ratio of the weights, and part of
     them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
     also be the strength that drifts, or what differs from place to place, which is no part of the
-    bias and counts in full. Their size, and which part is slow, are told from what the fits leave,
+    bias and counts in full. Their size, and which part is slow, are estimated from the residuals
     by restricted likelihood. No prior knows the size, so that white errors have the intervals of
     least squares with Student's t.
 
@@ -376,7 +382,8 @@ def slow_errors(
     highest = max(float(kind.weight.max()) for kind in kinds)  # a logarithm until here
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
-        tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds)
+        tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds),
+        tuple(one.variance for one in fitted),
     )
 
 

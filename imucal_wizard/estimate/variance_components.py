@@ -1,12 +1,12 @@
 """A linear MAP fit of rows of several kinds; the variance of each kind is estimated along with it.
 
 Holds and closures scatter by more than their measured noise (bias instability, placement, what the
-model lacks), by an amount that only the data tell. With ``variance = own + excess`` for each kind,
+model lacks), by an amount that only the data show. With ``variance = own + excess`` for each kind,
 
     excess = Σ w² (r² − (1 − h) own) / Σ w² (1 − h),    w = 1/variance
 
 over its own rows, h being the leverage of each: the residual of a row that is fitted closely counts
-for fewer degrees of freedom, and a row whose own noise is large tells little of the excess.
+for fewer degrees of freedom, and a row whose own noise is large shows little of the excess.
 Iterated along with the fit, this is restricted maximum likelihood; no kind drowns another. A kind
 whose residuals its own noise explains (a 1 % test) has no excess: an excess found by chance would
 make rows of unequal noise weigh nearly alike.

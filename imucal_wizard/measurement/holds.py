@@ -50,7 +50,7 @@ class Hold:
         noise_freedom: degrees of freedom per axis of the covariances.
         gyroscope_turn: integral of the gyroscope's reading less its mean from each moment of the
             hold to the end, averaged over the hold, reading × s, shape (3,), or None. With the mean
-            it tells how far a swaying device turned from its mean direction to that at the end.
+            it gives how far a swaying device turned from its mean direction to that at the end.
     """
 
     start: float

@@ -182,11 +182,11 @@ class RestingSensor:
         usual = np.sqrt(2.0 * middle / self._size)
         if len(self._steps):
             usual = np.maximum(usual, SIGMA_PER_MEDIAN * median_of_rows(self._steps))
-        # an axis that never changes tells nothing
-        told = middle > 0.0
-        scatter = np.where(told, variances / np.where(told, middle, 1.0), 0.0)
-        step = np.where(told, np.nan_to_num(steps) / np.where(told, usual, 1.0), 0.0)
-        shaken = told & (variances > limit)
+        # an axis that never changes shows nothing
+        varies = middle > 0.0
+        scatter = np.where(varies, variances / np.where(varies, middle, 1.0), 0.0)
+        step = np.where(varies, np.nan_to_num(steps) / np.where(varies, usual, 1.0), 0.0)
+        shaken = varies & (variances > limit)
         swayed = np.maximum(np.nan_to_num(steps), self._sway(values)) > self._largest_sway
         moved = (step > DISTURBED_SIGMA_OF_STEP) | swayed
         disturbed = (shaken | moved).any(axis=1)
@@ -205,7 +205,7 @@ class RestingSensor:
     def _largest_variance(self, rounding: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Largest variance of a block that rests, and the median by its quiet blocks, shape (3,).
 
-        Samples that a filter has made alike tell less of the variance than as many independent
+        Samples that a filter has made alike say less about the variance than as many independent
         ones, so that the scatter from block to block is measured.
         """
         ordered = np.sort(np.maximum(self._variances, rounding), axis=0)

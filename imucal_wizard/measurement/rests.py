@@ -1,7 +1,7 @@
 """Rests: where each begins and ends, by its own noise.
 
 A limit of stillness finds a rest, but another limit meets its ends a block sooner or later. So the
-limit only tells that the device rests. The rest is all windows around its calmest one that exceed
+limit only shows that the device rests. The rest is all windows around its calmest one that exceed
 neither the noise usual among them nor the resolution by more than a factor. It follows from the
 samples alone: every limit that does not break the rest, in a file or in a stream, finds the same
 blocks.

@@ -2,7 +2,7 @@
 
 No fixed multiple of the quietest noise finds the holds of every recording: a device on a table
 needs 1, a hand-held device 1,000. Every candidate limit is tried, and the fit decides. The limits
-tell where the device rests; how long it rests is a matter of its own noise (``rests``).
+find where the device rests; how long it rests follows from its own noise (``rests``).
 """
 
 import itertools

@@ -95,7 +95,7 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9-]*")
 
 
 class OwnEffect(Effect):
-    """A user's effect behind a guard: whatever goes wrong in it is told with its file and line."""
+    """A user's effect behind a guard: a fault in it is reported with its file and line."""
 
     def __init__(self, path: Path, inner: Effect) -> None:
         self._path = path
@@ -176,7 +176,7 @@ _BASE = "imucal_wizard.model.effect.Effect and has parameters() and columns()"
 def guarded(path: Path, work: Callable[[], _T]) -> _T:
     """Do what a user's file asks; what it raises becomes a message with the file's line."""
     try:
-        with np.errstate(all="ignore"):  # what is not finite is told by the guard
+        with np.errstate(all="ignore"):  # the guard reports what is not finite
             return work()
     except (Exception, SystemExit) as error:  # a user's file can raise anything; nothing is lost
         places = traceback.extract_tb(error.__traceback__)

@@ -60,10 +60,10 @@ Rows = NDArray[np.bool_] | NDArray[np.intp] | slice
 
 @dataclass(frozen=True)
 class FieldUnit:
-    """The unit in which a magnetic field is told.
+    """The unit in which a magnetic field is shown.
 
     Attributes:
-        name: ``uT``, or ``count`` where nothing tells the field's size.
+        name: ``uT``, or ``count`` where the field's size is not known.
         size: one µT in it, of counts about.
     """
 
@@ -81,7 +81,7 @@ steps of a sixteenth of a degree make a slope of some 0.0003 °C/s then, a warmi
 class Circumstances:
     """All that an effect may depend on, one row per hold or per sample.
 
-    Temperature and drift are told from a reference, so that the bias keeps its meaning. The
+    Temperature and drift are relative to a reference, so that the bias keeps its meaning. The
     reference belongs to the session: rows selected from it, or the samples of one of its rotations,
     are given the same one.
 
@@ -222,16 +222,16 @@ class Effect(ABC):
         equation: its formula on axis ``i``, ``x`` being the true input.
         order: place in lists; the plainest of a family first.
         against: what to draw the residuals over, to see it.
-        field_unit: in which its error of a magnetic field is told, see ``suited``.
+        field_unit: in which its error of a magnetic field is shown, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
         paired: whether pairs with all other effects are looked for, at all its settings. If not,
             every second setting is paired with effects that have none: the moments of a second
             step would be most of the pairs.
         aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
-            rest to rest, tell from it, where their sizes are chosen for that.
-        free: it is a free curve: its parameters are coefficients of one course, which is told by
-            its rms.
-        stories: what to tell about it, by sensor.
+            rest to rest, distinguish from it, where their sizes are chosen for that.
+        free: it is a free curve: its parameters are coefficients of one course, which is shown
+            by its rms.
+        stories: its lesson, by sensor.
     """
 
     name: str

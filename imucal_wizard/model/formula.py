@@ -128,7 +128,7 @@ def kind_of(names: set[str]) -> Kind:
 def against_of(names: set[str]) -> Against:
     """What to draw the residuals of such an effect over."""
     letters = letters_of(names)
-    found = [told for letter, told in _AGAINST.items() if letter in letters]
+    found = [text for letter, text in _AGAINST.items() if letter in letters]
     return found[0] if found else "input"
 
 
@@ -257,7 +257,7 @@ class FormulaEffect(Effect):
 
 
 def _story(text: str, used: set[str]) -> Story:
-    depends = [f"{name} ({told})" for name, told in VARIABLES.items() if name in used]
+    depends = [f"{name} ({text})" for name, text in VARIABLES.items() if name in used]
     return Story(
         what="A formula of your own: what happens in the sensor is for you to say.",
         equation=text,

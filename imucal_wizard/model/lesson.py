@@ -47,7 +47,7 @@ SESSION_DIRECTIONS = 60
 
 
 SMALLEST_ANGLE = 5e-5
-"""Degrees below which an error is not worth telling."""
+"""Degrees below which an error is not worth stating."""
 
 
 @dataclass(frozen=True)
@@ -313,7 +313,7 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 @dataclass(frozen=True)
 class Lesson:
-    """All there is to tell about an effect; sizes and costs are computed."""
+    """The text of an effect; sizes and costs are computed."""
 
     what: str
     equation: str
@@ -332,7 +332,7 @@ _DRAWING = ", in a session whose motors draw up to 10 A,"
 
 
 def lesson(effect: Effect, sensor: str) -> Lesson:
-    """All there is to tell a student about this effect on this sensor."""
+    """The lesson about this effect on this sensor."""
     story = effect.stories.get(sensor) or _plain_story(effect)
     return Lesson(
         what=story.what,
@@ -374,10 +374,10 @@ def cost_text(effect: Effect, sensor: str) -> str:
 def _plain_story(effect: Effect) -> Story:
     # a guard around a user's effect carries the words of what it guards
     doc = vars(effect).get("__doc__", type(effect).__doc__)
-    told = inspect.cleandoc(doc) if doc else f"Its author does not tell: {effect.title}."
+    text = inspect.cleandoc(doc) if doc else f"Its author gives no description: {effect.title}."
     return Story(
-        what=told,
+        what=text,
         equation=effect.equation,
-        signature="Its author does not tell; look at the residuals over what it depends on.",
+        signature="Its author gives none; look at the residuals over what it depends on.",
         needs="Data in which what it depends on varies.",
     )

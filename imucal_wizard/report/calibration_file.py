@@ -169,7 +169,7 @@ class Sensor(msgspec.Struct, frozen=True):
         warnings: what the user must know.
         effects: of the model; ``corrected`` is then the formula above minus their error.
         as_found: by the calibration before; None where the device has none that applies, so that
-            ``rms_before`` tells it.
+            ``rms_before`` contains it.
     """
 
     model: list[str]

@@ -43,7 +43,7 @@ REPORT_MARK = b'<meta name="generator" content="imucal-wizard report">'
 REPORT_SCHEMA = "imucal-wizard/report/1"
 COVERAGE = 0.95
 USUAL_FACTOR = 2.0
-"""Coverage factor where the file tells no degrees of freedom."""
+"""Coverage factor where the file gives no degrees of freedom."""
 CORRELATED = 0.7
 """Correlation coefficients from here on are listed: those parameters must not be used as
 independent."""
@@ -110,7 +110,7 @@ def certificate(
 
 
 def report_document(calibration: Calibration, path: Path) -> dict[str, Any]:
-    """What ``report`` tells scripts (report/1).
+    """The document of ``report`` for scripts (report/1).
 
     Args:
         calibration: what was reported.

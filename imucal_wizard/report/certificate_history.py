@@ -15,7 +15,7 @@ THIS_REPORT = "this report"
 
 
 def item_history(history: DeviceHistory | None, calibration: Calibration) -> dict[str, Any] | None:
-    """What the history tells of the item; None where it has only the calibration of the report.
+    """The item's history; None where it has only the calibration of the report.
 
     Args:
         history: of the device, or None.

@@ -205,8 +205,8 @@ def differences(
             turned = [one.own_frame.get(sensor) for one in files]
             if any(turned):
                 notes.append(
-                    f"{sensor}: compared in its own frame, since not every file tells how it lies "
-                    "to the accelerometer"
+                    f"{sensor}: compared in its own frame, since not every file contains its "
+                    "orientation to the accelerometer"
                 )
             tables = [own or table for own, table in zip(turned, tables, strict=True)]
         names = list(dict.fromkeys(name for table in tables for name in table))

@@ -115,7 +115,7 @@ def kept_recheck(
         folder: of the sessions.
 
     Returns:
-        What to tell the user, in lines.
+        The text for the user, in lines.
 
     Raises:
         UsageError: the folder cannot be written.

@@ -139,7 +139,7 @@ def _between_dates(dates: FloatArray, values: FloatArray, variance: FloatArray) 
 
 
 def temperature_note(history: DeviceHistory) -> str:
-    """That drift and temperature cannot be told apart, where the temperatures differ; else ""."""
+    """That drift and temperature cannot be separated, where the temperatures differ; else ""."""
     warm = [sum(one.temperature) / 2.0 for one in history.calibrations if one.temperature]
     if not warm or max(warm) - min(warm) < MIN_TEMPERATURE_DIFFERENCE:
         return ""

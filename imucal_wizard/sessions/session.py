@@ -391,7 +391,7 @@ class Session(KeptSession):
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
-    """What tells a file from another of the same name; None where there is none."""
+    """What distinguishes a file from another of the same name; None where there is none."""
     try:
         found = path.stat()
     except OSError:

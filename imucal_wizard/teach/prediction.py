@@ -20,7 +20,7 @@ class Agreement(StrEnum):
 
     RIGHT = "✓"
     ALIKE = "≈"
-    """These data cannot tell it from the right answer."""
+    """These data cannot separate it from the right answer."""
     WRONG = "✗"
 
 

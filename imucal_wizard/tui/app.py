@@ -1,10 +1,10 @@
 """The app: takes snapshots of the source and shows the screen of the present step."""
 
+import _thread
 import asyncio
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -27,7 +27,7 @@ from imucal_wizard.tui.screens.source import SourceScreen
 from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.sources import SourceChoice
-from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.state import BuiltModels, WizardState
 from imucal_wizard.tui.threads import in_thread
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -77,6 +77,9 @@ class BaseApp(App[Saved]):
     def __init__(self) -> None:
         super().__init__()
         self._unfinished = 0
+        self._writing = asyncio.Lock()
+        self.models = BuiltModels()
+        """The models of the bench."""
         self.attended = True
         """Somebody answers questions."""
         self.unkept: PlaceError | None = None
@@ -110,7 +113,7 @@ class BaseApp(App[Saved]):
             time.sleep(HANGUP_SECONDS if signal_number == HANGUP else SIGNAL_SECONDS)
             self.end_at_once(signal_number)
 
-        threading.Thread(target=watch, name="ending", daemon=True).start()
+        _thread.start_new_thread(watch, ())  # a Thread takes a lock that may be interrupted here
 
     def release(self) -> None:
         """Close what the app has open; called in any thread."""
@@ -124,7 +127,7 @@ class BaseApp(App[Saved]):
 
     def unsaved_model(self) -> str:
         """The models that were built and are in no file, in words; "" if there are none."""
-        raise NotImplementedError
+        return self.models.unsaved
 
     def write_model(self, place: Path | None) -> Saved:
         """Write the present models to a file. Slow: called in a thread.
@@ -140,23 +143,7 @@ class BaseApp(App[Saved]):
     def wrote(self, _saved: Saved) -> None:
         """Note that the models are in a file."""
         self.unkept = None
-
-    def keep_model(self) -> str:
-        """Keep the present models until a file has them. Slow: called in a thread.
-
-        Returns:
-            Why they cannot be kept, or "".
-        """
-        raise NotImplementedError
-
-    def give_up_model(self) -> None:
-        """Keep the models no longer that no file has."""
-        raise NotImplementedError
-
-    @property
-    def restored(self) -> str:
-        """The models that an earlier run has kept, in words; "" for none."""
-        raise NotImplementedError
+        self.models.saved()
 
     def leave(self) -> None:
         """End the app without a question."""
@@ -188,19 +175,20 @@ class BaseApp(App[Saved]):
         Raises:
             ImucalError: it cannot be written, and no other place was given.
         """
-        place: Path | None = None
-        while True:
-            try:
-                with self.unfinished():
-                    saved = await asyncio.to_thread(self.write_model, place)
-                    self.wrote(saved)
-            except PlaceError as error:
-                place = await self.ask_place("save the calibration", error, "does not save it")
-                if place is None:
-                    self.unkept = error
-                    raise
-            else:
-                return saved
+        async with self._writing:  # a second key waits for the first file
+            place: Path | None = None
+            while True:
+                try:
+                    with self.unfinished():
+                        saved = await asyncio.to_thread(self.write_model, place)
+                        self.wrote(saved)
+                except PlaceError as error:
+                    place = await self.ask_place("save the calibration", error, "does not save it")
+                    if place is None:
+                        self.unkept = error
+                        raise
+                else:
+                    return saved
 
     async def ask_place(self, title: str, error: ImucalError, otherwise: str) -> Path | None:
         """A place that the operator gives for what could not be written, or None.
@@ -246,7 +234,7 @@ class BaseApp(App[Saved]):
     def _answered(self, answer: str | None) -> None:
         """Carry out the answer to a question about leaving."""
         if answer == "give up":
-            self.give_up_model()
+            self.models.give_up()
             self.leave()
         elif answer == "leave":
             self.leave()
@@ -303,8 +291,9 @@ class WizardApp(BaseApp):
         self.attended = not settings.quit_after
         sounds = Sounds(self.bell, self.set_timer, time.monotonic, muted=settings.muted)
         self.state = WizardState(services, settings, choice, sounds)
+        self.models = self.state.models
         self._shown: tuple[object, int] = (None, -1)
-        self._ended_in = ""
+        self._ended_in: tuple[object, str] = (None, "")
         self._loaded = asyncio.Event()
         self._switching = asyncio.Lock()
         self._disk_lost = False
@@ -334,20 +323,7 @@ class WizardApp(BaseApp):
 
     def unsaved_model(self) -> str:
         """What the bench has added and no file has, or a calibration that could not be written."""
-        return self.state.built or ("the calibration" if self.unkept else "")
-
-    def keep_model(self) -> str:
-        """Keep the bench's models beside the sessions."""
-        return self.state.keep_model()
-
-    def give_up_model(self) -> None:
-        """Keep the bench's models no longer."""
-        self.state.give_up_model()
-
-    @property
-    def restored(self) -> str:
-        """What an earlier run has built for this session."""
-        return self.state.restored
+        return super().unsaved_model() or ("the calibration" if self.unkept else "")
 
     def write_model(self, place: Path | None) -> Saved:
         """Write the calibration with the bench's effects."""
@@ -424,11 +400,11 @@ class WizardApp(BaseApp):
         return next((one for one in screens if isinstance(one, LiveScreen)), None)
 
     def _end(self, snapshot: "Snapshot") -> None:
-        """Tell the procedure once per step that the recording has ended."""
-        step = str(snapshot.status.step)
-        if step == self._ended_in:
+        """Tell the procedure once per source and step that the recording has ended."""
+        ended_in = self.state.source, str(snapshot.status.step)
+        if ended_in == self._ended_in:
             return
-        self._ended_in = step
+        self._ended_in = ended_in
         if snapshot.stream.unwritten:
             self._disk_failed(snapshot.stream.problem)
         elif self.state.live and snapshot.stream.problem:  # its thread has ended

@@ -10,6 +10,7 @@ import select
 import signal
 import termios
 import threading
+from collections.abc import Callable
 from contextlib import suppress
 from typing import IO, Any, cast
 
@@ -92,11 +93,29 @@ class TerminalDriver(LinuxDriver):
                 os.set_blocking(self._output_number, True)  # the shell has the same terminal
 
     def _sigtstp_application(self, *_: object) -> None:
+        self._in_loop(self._stop_job)
+
+    def _sigcont_application(self, *_: object) -> None:
+        if not self._handling:
+            self._in_loop(self._draw_again)
+
+    def _in_loop(self, handle: Callable[[], None]) -> None:
+        """Handle a signal between two tasks of the app.
+
+        The signal has interrupted anything, also the app while it holds the lock of the output, for
+        which a handler that writes would wait for ever. Without the app, the terminal is untaken.
+        """
+        loop = self._app._loop
+        if loop is not None:
+            with suppress(RuntimeError):  # the loop has been closed
+                loop.call_soon_threadsafe(handle)
+
+    def _stop_job(self) -> None:
         """Stop as a shell expects it: with its terminal as before, until it continues the job.
 
         Where no shell could continue the process, the system ignores the stop.
         """
-        if self._handling or not self._drawing:
+        if not self._drawing:
             return
         self._handling = True
         self.suspend_application_mode()
@@ -105,9 +124,9 @@ class TerminalDriver(LinuxDriver):
         signal.signal(signal.SIGTSTP, self._sigtstp_application)
         self._come_back()
 
-    def _sigcont_application(self, *_: object) -> None:
-        """Draw again after SIGSTOP, which left no time to give the terminal back."""
-        if self._handling or not self._drawing:
+    def _draw_again(self) -> None:
+        """Take the terminal again after SIGSTOP, which left no time to give it back."""
+        if not self._drawing:
             return
         self._handling = True
         self.suspend_application_mode()  # also restores the settings from before the app
@@ -118,9 +137,7 @@ class TerminalDriver(LinuxDriver):
         while not self._drawing and os.isatty(self.fileno):
             self.resume_application_mode()
         self._handling = False
-        loop = self._app._loop
-        if loop is not None:
-            loop.call_soon_threadsafe(lambda: self._app.refresh(layout=True))
+        self._app.refresh(layout=True)
 
     def _watch(self) -> None:
         """The thread: tell the program when its terminal is gone."""

@@ -36,10 +36,6 @@ class SampleSource(Protocol):
     live: bool
     """Whether it is a device, which can measure more."""
 
-    @property
-    def finished(self) -> bool:
-        """Whether the source has ended."""
-
     def start(self) -> None:
         """Start reading."""
 

@@ -20,6 +20,12 @@ fields = st.one_of(
 )
 
 
+long_numbers = st.builds(
+    lambda sign, digits, place: f"{sign}{digits[:place]}.{digits[place:]}",
+    st.sampled_from(["", "-", "+"]),
+    st.integers(0, 10**15 - 1).map(str),
+    st.integers(0, 15),
+)
 sizes = st.one_of(st.integers(-99_999, 99_999).map(lambda one: one / 1e3), st.floats(-1e29, 1e29))
 
 
@@ -84,6 +90,18 @@ def test_the_digits_of_many_numbers_at_once_give_the_same_values(
         if len(alone[-1]) == 2 and line.endswith(separator.encode()):
             alone[-1].append(math.nan)
     assert list(map(repr, together.tolist())) == list(map(repr, alone))
+
+
+@given(rows=st.lists(st.lists(long_numbers, min_size=3, max_size=3), min_size=1, max_size=9))
+@example(rows=[["1700000000.12345", "-999999999999999", "0.00000000000001"]])
+@example(rows=[["12345678", "12345678.", ".12345678"], ["123456789", "123456789.", "1.123456789"]])
+def test_numbers_of_any_fifteen_digits_are_read_at_once(rows: list[list[str]]) -> None:
+    block = "".join(",".join(row) + "\n" for row in rows).encode()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(numbers, "_MIN_DECIMAL_BYTES", 0)
+        values = numbers._decimal_table(block, b",", 3)
+    assert values is not None
+    assert list(map(repr, values.ravel().tolist())) == [repr(float(x)) for row in rows for x in row]
 
 
 def test_plain_lines_are_read_as_a_batch() -> None:

@@ -138,6 +138,13 @@ def test_a_limit_of_the_users_own_decides(run: Run, folder: Path, tmp_path: Path
     assert run("--limits", str(limits), file=file)[0] == 0
 
 
+def test_gravity_follows_from_the_latitude(run: Run) -> None:
+    """The recording has 9.80665 m/s²; the equator has 0.27 % less."""
+    status, document = run("--latitude", "0")
+    assert status == 1
+    assert document["sensors"]["accelerometer"]["moved"][0]["parameter"].startswith("sensitivity")
+
+
 def test_a_gyroscope_that_is_zeroed_is_reported(run: Run, folder: Path, tmp_path: Path) -> None:
     file = changed(folder, tmp_path / "changed.csv", "gx", 3.0 * DEGREE)
     status, found = run("--gyro-zeroed", file=file)

@@ -166,4 +166,4 @@ def test_the_lesson_of_an_own_effect_is_in_its_authors_words(tmp_path: Path) -> 
     (tmp_path / "silent").mkdir()
     silent = PLAIN.replace('    """The fourth power of the force."""\n', "")
     told = lesson(load_effect(_file(tmp_path / "silent", silent)), "accelerometer").what
-    assert told == "Its author does not tell: fourth-order non-linearity."
+    assert told == "Its author gives no description: fourth-order non-linearity."

@@ -1,12 +1,16 @@
 """However the program is stopped, the terminal is as it was before."""
 
+import asyncio
 import os
 import signal
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import pytest
 
+from imucal_wizard.tui.driver import TerminalDriver
 from tests.terminal.terminal import Terminal, program
 
 LINE_WRAP, CURSOR = 7, 25
@@ -105,6 +109,30 @@ def test_a_shell_can_suspend_the_program_and_bring_it_back(tmp_path: Path) -> No
         terminal.press("q")
         terminal.wait_for("continue with")
         check_left(terminal, before)
+
+
+@pytest.mark.parametrize("number", [signal.SIGCONT, signal.SIGTSTP])
+async def test_a_signal_in_the_middle_of_drawing_is_handled_after_it(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The app may hold the lock of its output, for which a handler that writes waits for ever."""
+    steps: list[str] = []
+    app = SimpleNamespace(
+        _loop=asyncio.get_running_loop(), refresh=lambda **_: steps.append("drawn")
+    )
+    before = {one: signal.getsignal(one) for one in (signal.SIGCONT, signal.SIGTSTP)}
+    monkeypatch.setattr(signal, "pthread_kill", lambda *_: steps.append("stopped"))
+    try:
+        driver = TerminalDriver(cast("Any", app))
+        monkeypatch.setattr(driver, "_drawing", True)
+        monkeypatch.setattr(driver, "suspend_application_mode", lambda: steps.append("left"))
+        signal.raise_signal(number)
+        assert steps == []
+        await asyncio.sleep(0)
+        assert steps == ["left", *["stopped"] * (number == signal.SIGTSTP), "drawn"]
+    finally:
+        for one, handler in before.items():
+            signal.signal(one, handler)
 
 
 def job(terminal: Terminal) -> int:

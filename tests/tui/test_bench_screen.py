@@ -62,6 +62,16 @@ async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it
         assert bench.fit.model == ("bias", "scale", "non-orthogonality")
 
 
+async def test_the_bench_waits_for_the_diagnosis_that_uses_it(benches: Benches) -> None:
+    app = app_with(benches)
+    app.models.lock.acquire()
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "Looking for what the accelerometer lacks")
+        assert "▸ second-order" not in seen(pilot)
+        app.models.lock.release()
+        await ranked(pilot)
+
+
 async def test_a_part_of_the_base_is_taken_out_and_put_back(benches: Benches, bench: Bench) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
         await ranked(pilot)

@@ -1,5 +1,6 @@
 """The result, its table, the validation and the place where it is saved."""
 
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
@@ -24,6 +26,7 @@ from imucal_wizard.tui.widgets.big_text import dots, half_blocks
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, printed
 from tests.tui.waiting import seen, shows, until
+from tests.waiting import PATIENCE
 
 RESULT = Status(step=StepKind.RESULT, elapsed=600.0, holds=24, rotations=18)
 
@@ -116,6 +119,21 @@ async def test_any_key_stops_the_countdown() -> None:
         await until(pilot, lambda: "by itself" not in seen(pilot))
         await pilot.press("s")
         await shows(pilot, "calibration.json")
+
+
+async def test_no_countdown_orders_a_step_after_the_one_that_was_chosen() -> None:
+    class Slow(fakes.FakeSource):
+        """Its procedure has not moved on yet."""
+
+        def command(self, name: str, argument: str = "") -> None:
+            self.commands.append((name, argument))
+
+    source = Slow(RESULT)
+    async with WizardApp(all_good(source), None, VIRTUAL).run_test(size=USUAL) as pilot:
+        await shows(pilot, "begins by itself in")
+        await pilot.press("s")
+        await until(pilot, lambda: "by itself" not in seen(pilot))
+    assert source.commands == [("save", "")]
 
 
 async def test_what_is_measured_after_a_fit_is_fitted_again() -> None:
@@ -248,3 +266,26 @@ async def test_a_result_is_saved_first_when_it_is_exported() -> None:
         await pilot.press("enter")
         await shows(pilot, "✓ a.yaml")
         assert app.state.saved is not None
+
+
+async def test_a_second_key_waits_until_the_first_file_is_written() -> None:
+    begun, ready = list[int](), threading.Event()
+    services = fakes.services(fakes.FakeSource(RESULT))
+
+    def save(fitted: FitReport, benches: Benches | None, place: Path | None) -> Saved:
+        begun.append(1)
+        assert ready.wait(PATIENCE)
+        return services.save(fitted, benches, place)
+
+    app = WizardApp(replace(services, save=save), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "x export")
+        await pilot.press("x")
+        await shows(pilot, "export for")
+        await pilot.press("enter")
+        await until(pilot, lambda: bool(begun))
+        await pilot.press("enter")
+        await shows(pilot, "Writing the file")
+        assert len(begun) == 1
+        ready.set()
+        await shows(pilot, "✓ a.yaml")

@@ -110,6 +110,26 @@ async def test_an_early_enter_does_not_put_another_source_in_place_of_the_one_or
     assert opened == [recording]
 
 
+async def test_a_source_is_opened_once_however_often_enter_is_pressed() -> None:
+    """Each opening begins a session."""
+    opened, ready = list[SourceChoice](), threading.Event()
+
+    def take(choice: SourceChoice) -> fakes.FakeSource:
+        opened.append(choice)
+        assert ready.wait(PATIENCE)
+        return fakes.FakeSource()
+
+    services = replace(fakes.services(fakes.FakeSource()), open_source=take)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "enter open")
+        await pilot.press("enter")
+        await until(pilot, lambda: bool(opened))
+        await pilot.press("enter", "enter")
+        ready.set()
+        await shows(pilot, "is this what you expect?")
+    assert len(opened) == 1
+
+
 async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> None:
     def refuse(choice: SourceChoice) -> fakes.FakeSource:
         raise LinkError(f"{choice.target}: no permission; join the group dialout")

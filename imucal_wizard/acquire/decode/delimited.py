@@ -8,7 +8,7 @@ from contextlib import suppress
 
 from imucal_wizard.acquire.decode import numbers
 from imucal_wizard.acquire.decode.base import Column, Format, MalformedLine, TextLine
-from imucal_wizard.acquire.decode.lines import TextDecoder
+from imucal_wizard.acquire.decode.lines import MAX_DECIMALS_ROWS, TextDecoder
 from imucal_wizard.acquire.decode.vocabulary import header_columns, with_unit_line
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
@@ -64,6 +64,12 @@ class DelimitedDecoder(TextDecoder):
         return values
 
     def _read(self, line: bytes, first: bool) -> None:
+        if not first and self._separator == b"," and self._count >= MAX_DECIMALS_ROWS:
+            plain = numbers.plain_numbers(line)
+            if len(plain) == len(self.columns):
+                self._misfits.clear()
+                self._row(plain, [])
+                return
         if line.lstrip().startswith(b"#"):
             self._comment(line)
             return
@@ -90,7 +96,8 @@ class DelimitedDecoder(TextDecoder):
         self._misfits.clear()
         if not self._separator:
             self._separator = separator_of(line)
-        printed = [numbers.printed_decimals(field) for field in fields]
+        counted = fields if self._count < MAX_DECIMALS_ROWS else []
+        printed = [numbers.printed_decimals(field) for field in counted]
         self._row([math.nan if v is None else v for v in values], printed)
 
     def _text_where_needed(self, fields: list[bytes], values: list[float | None]) -> bool:

@@ -220,12 +220,12 @@ def describe_line(line: str) -> tuple[str, tuple[Column, ...]]:
         else:
             found, label = _unit_behind(found, label)
         position = match.end()
-        channel, told = _channel(label, sensor, place)
+        channel, named = _channel(label, sensor, place)
         if channel:
-            sensor = told
+            sensor = named
             place = "xyz".find(channel[-1]) + 1 if len(channel) == 2 else 0
         elif _WORD.search(label):
-            sensor, place = told, 0
+            sensor, place = named, 0
         bracket = _BRACKETED_UNIT.search(label)
         if bracket or _WORD.search(label):
             unit = units.canonical_unit(bracket[1]) if bracket else unit

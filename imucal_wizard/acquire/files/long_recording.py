@@ -99,7 +99,7 @@ class LongRecording:
         self.warnings = (*notes, *intake.warnings, *misfits(intake))
 
     def _named(self, setup: StreamSetup, start: bytes) -> StreamSetup:
-        """The setup with the columns that the name of the file tells (``Accelerometer.csv``)."""
+        """The setup with the columns that the name of the file implies (``Accelerometer.csv``)."""
         intake = Intake(setup, recording=True)
         intake.feed(start, 0.0)
         names = [column.name for column in intake.columns]

@@ -145,7 +145,7 @@ def session_error(path: Path, error: Exception) -> SessionError:
     if isinstance(error, sqlite3.OperationalError):
         name = getattr(error, "sqlite_errorname", "")
         if name == "SQLITE_FULL" or name in _NOT_WRITTEN:
-            # SQLite does not tell a quota or a limit from a disk that does not work
+            # SQLite does not distinguish a quota or a limit from a disk that does not work
             log = log_of(path)
             cause = why_it_cannot_grow(path, log) or _NOT_WRITTEN.get(name, "the disk is full")
             return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))

@@ -61,6 +61,6 @@ POWER = 0.99
 NO_GO_BY_CHANCE = 0.01
 """Probability of a NO-GO for an unchanged device, over all its sensors together."""
 USUAL_RATE = 60.0 * _DEGREE
-"""Rate at which a gyroscope's error is told, rad/s: that of a leisurely hand."""
+"""Rate at which a gyroscope's error is stated, rad/s: that of a leisurely hand."""
 UNKNOWN_TEMPERATURE = 2.0
-"""Difference of temperature between calibration and recheck where no thermometer tells it, °C."""
+"""Difference of temperature between calibration and recheck without a thermometer, °C."""

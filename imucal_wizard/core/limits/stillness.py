@@ -73,7 +73,7 @@ QUIET_BLOCKS = 20
 """Blocks in the quietest two seconds of a recording, which give its noise."""
 CALM_FACTOR = 2.0
 """Standard deviations of that noise within which a stretch is calm and continues the course of the
-resting rate, which the mean of two seconds tells to a tenth of it."""
+resting rate, which the mean of two seconds gives to a tenth of it."""
 COURSE_STRETCHES = 10
 """Calm stretches (twenty seconds or more) whose course goes on, for at most as long again."""
 VARIANCE_FACTORS = (2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)

@@ -113,7 +113,7 @@ def dynamic_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
 
     The readings are taken relative to the bias at rest, so that raw counts around 32768 do not make
     the two columns look alike; that changes nothing in exact arithmetic. None with fewer than three
-    rotations, or where they do not tell the two unknowns apart.
+    rotations, or where they do not separate the two unknowns.
     """
     if len(turns) < 3:
         return None

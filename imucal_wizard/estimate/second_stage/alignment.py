@@ -46,7 +46,7 @@ ALIGNMENT_ITERATIONS = 50
 LAST_STEP = 1e-10
 """Of a step, rad, after which R no longer changes; from each start ..."""
 ROUGH_STEP = 1e-3
-"""... to this, which tells one minimum from another."""
+"""... to this, which distinguishes the minima."""
 LARGEST_DAMPING = 1e6
 ALIGNMENT_FINALISTS = 4
 """Ends that go on by absolute errors: several starts lead to each."""
@@ -91,16 +91,16 @@ class Alignment:
         along = self.rotation[nearest, np.arange(3)]
         if sorted(nearest.tolist()) != [0, 1, 2] or np.abs(along).min() < MIN_ALONG_AXIS:
             return ""
-        told = []
+        parts = []
         for i, j in enumerate(nearest.tolist()):
             if i == j and along[i] < 0.0:
-                told.append(f"{AXES[i]} points the other way")
+                parts.append(f"{AXES[i]} points the other way")
             elif i < j and nearest[j] == i and along[i] > 0.0 and along[j] > 0.0:
-                told.append(f"{AXES[i]} and {AXES[j]} are swapped")
+                parts.append(f"{AXES[i]} and {AXES[j]} are swapped")
             elif i != j and (nearest[j] != i or along[i] < 0.0 or along[j] < 0.0):
                 sign = "+" if along[i] > 0.0 else "−"
-                told.append(f"{AXES[i]} lies along the accelerometer's {sign}{AXES[j]}")
-        return ", ".join(told)
+                parts.append(f"{AXES[i]} lies along the accelerometer's {sign}{AXES[j]}")
+        return ", ".join(parts)
 
     @property
     def rms(self) -> float:
@@ -275,7 +275,9 @@ def descent(
                 break
         else:
             damping *= 10.0
-            if damping > LARGEST_DAMPING:  # nothing is lower: the bottom, as far as numbers tell
+            if (
+                damping > LARGEST_DAMPING
+            ):  # nothing is lower: the bottom, within the numerical precision
                 break
     return rotation, level
 

@@ -55,8 +55,8 @@ class Asymmetry(AxisEffect):
             signature="Much like the second-order term: opposite signs at opposite faces. The "
             "difference is a kink where the axis is level, instead of a smooth bend.",
             needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
-            "Even so, 1 g hardly tells it from the second-order term. The bench says whether it "
-            "matters for the up direction which of the two is taken.",
+            "Even so, 1 g hardly distinguishes it from the second-order term. The bench says "
+            "whether it matters for the up direction which of the two is taken.",
             remedy="Add the term and apply it. The second-order term takes most of the same error.",
             confirm="Tilt the axis through level in steps of a few degrees on a dividing head: the "
             "slope of the reading changes at zero.",
@@ -69,8 +69,8 @@ class Asymmetry(AxisEffect):
             equation="error on an axis = coefficient × size of the rate, whatever its sense",
             signature="Turns in one sense come out too large, in the other too small, by the same "
             "share of the angle at any speed.",
-            needs="Turns in both senses. Three speeds or more, to tell it from the second-order "
-            "term, which grows with the speed.",
+            needs="Turns in both senses. Three speeds or more, to separate it from the "
+            "second-order term, which grows with the speed.",
             remedy="Add the term and apply it: it gives each sense its own gain.",
             confirm="Turn the sensor on a rate table at one rate in both senses, and at a second "
             "rate: the gains of the two senses differ by the same share at both rates.",

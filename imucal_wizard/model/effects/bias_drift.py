@@ -65,8 +65,8 @@ class BiasDrift(BiasEffect):
             equation="error on an axis = coefficient × (time − middle of the session)",
             signature="The same pose reads differently later; residuals open like a fan from the "
             "middle of the session to both ends.",
-            needs="The same poses early, in the middle and late. Without repeats it cannot be told "
-            "from temperature or warm-up, and slow noise alone can look like it.",
+            needs="The same poses early, in the middle and late. Without repeats it cannot be "
+            "separated from temperature or warm-up, and slow noise alone can look like it.",
             remedy="Take the bias anew before use, with a few poses. Do not apply the slope "
             "outside the session: it seldom goes on.",
             confirm="Leave the device untouched at a steady temperature for an hour: the reading "
@@ -94,8 +94,8 @@ class BiasDrift(BiasEffect):
             equation="error on an axis = coefficient × (time − middle of the session)",
             signature="The same direction reads differently later: the ellipsoid wanders, and the "
             "residuals open like a fan from the middle of the session to both ends.",
-            needs="Whole circles early and late. Without them it cannot be told from temperature, "
-            "and a room whose field changes looks like it.",
+            needs="Whole circles early and late. Without them it cannot be separated from "
+            "temperature, and a room whose field changes looks like it.",
             remedy="Calibrate again before use. If the battery or a current is the cause, move it "
             "away from the chip.",
             confirm="Leave the device untouched for half an hour, and a second magnetometer beside "

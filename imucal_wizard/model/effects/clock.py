@@ -32,7 +32,7 @@ class Clock(Effect):
     """``ε_i = c (t − t₀) w_i``: one share of every rate on all axes, which changes with time.
 
     ``t₀`` is the middle of the session. A constant error of the clock is exactly one scale error
-    of all three axes, and no data of the sensor tell these apart.
+    of all three axes, and no data of the sensor distinguish these.
     """
 
     name = "clock"

@@ -38,7 +38,7 @@ class CubicCross(Effect):
     At rest under 1 g ``x_i x_j²`` on axis i and ``x_j x_i²`` on axis j are one and the same, and
     the three that are left are the third-order terms up to a scale: ``x⁴ = x² − x²y² − x²z²``.
     ``x² y`` on x, ``x y²`` on y and ``x y z`` on z make ``x³y``, ``x y³`` and ``x y z²`` along
-    gravity, which add up to a cross-axis sensitivity: one of the three cannot be told.
+    gravity, which add up to a cross-axis sensitivity: one of the three cannot be determined.
     """
 
     name = "cubic-cross"
@@ -61,11 +61,11 @@ class CubicCross(Effect):
             "between the two axes, with the same sign on all four of them; scale errors take up a "
             "part, so that faces and edges end up with opposite errors. With a product, edges and "
             "corners differ; cross-axis sensitivity takes up the part that the edges show.",
-            needs="Faces, edges and corners. Still poses at 1 g cannot tell the terms by squares "
-            "(xyy and the like) from third-order terms on several axes, nor xyy from yxx, whatever "
-            "the number of poses: the squares of the three components add up to 1. Products need "
-            "corners and tilts between faces and edges: of xxy, yxy and zxy, which share an edge, "
-            "poses at edges and corners alone show one sum.",
+            needs="Faces, edges and corners. Still poses at 1 g cannot separate the terms by "
+            "squares (xyy and the like) from third-order terms on several axes, nor xyy from yxx, "
+            "whatever the number of poses: the squares of the three components add up to 1. "
+            "Products need corners and tilts between faces and edges: of xxy, yxy and zxy, "
+            "which share an edge, poses at edges and corners alone show one sum.",
             remedy="Add the term, or for squares the third-order term in its place, for use up to "
             "1 g: there both correct alike. Do not extrapolate to several g.",
             confirm="On a centrifuge or shaker, force along the axis alone: a cubic cross-axis "

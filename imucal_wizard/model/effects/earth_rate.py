@@ -29,7 +29,7 @@ class EarthRate(Effect):
     along up and is known in the body frame wherever gravity is; ``Ω cos φ`` points north, and
     without a heading nothing says where that is: it stays in the noise floor, at most 0.0042 °/s.
     The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
-    narrow prior of a known planet tells them apart.
+    narrow prior of a known planet separates them.
     """
 
     name = "earth-rate"
@@ -49,7 +49,7 @@ class EarthRate(Effect):
             "each axis: positive on the northern half of the Earth.",
             needs="A gyroscope whose zero is steady to a few degrees per hour and still poses all "
             "round. The part towards north needs the heading of each pose, which gravity does not "
-            "tell; it stays in the noise floor.",
+            "show; it stays in the noise floor.",
             remedy="Nothing is to be repaired. Keep the term, so that the Earth's rate is not "
             "counted as bias or g-sensitivity; a navigation filter subtracts it by latitude and "
             "heading.",
@@ -83,6 +83,6 @@ class EarthRate(Effect):
         return tuple((i, 0, f"{factor} * f{i} / {length}") for i in range(3))
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
-        """More than one pose; the heading is lacking always and is told in the lesson."""
+        """More than one pose; the heading is lacking always and is in the lesson."""
         del sensor
         return requirements.directions(c)

@@ -43,10 +43,10 @@ class OddQuadratic(AxisEffect):
             equation="error on an axis = coefficient × force × size of the force",
             signature="The same sign at both faces of the axis and the other sign around 45°. "
             "Nearly nine tenths of it pass for a scale error, so little is left to be seen.",
-            needs="Faces, edges and corners, and low noise. Gravity hardly tells it from the "
-            "third-order term; several g would, on a shaker or a centrifuge.",
+            needs="Faces, edges and corners, and low noise. Gravity hardly distinguishes it from "
+            "the third-order term; several g would, on a shaker or a centrifuge.",
             remedy="Add the term for use up to 1 g. Do not extrapolate it to several g: there it "
-            "differs from the third-order term, and these data cannot tell which of them is right.",
+            "differs from the third-order term, and these data cannot show which of them is right.",
             confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
             "square of the force.",
             source="IEEE Std 1293, model equation of linear accelerometers (odd quadratic "

@@ -20,7 +20,7 @@ class ThermalLag(BiasEffect):
     """``ε_i = −τ_i k dT/dt``: to first order a zero that follows ``T(t − τ_i)`` in place of ``T``.
 
     A zero that moves by b per °C and lags by τ is ``b (T − T₀) − b τ dT/dt``. The product b τ is
-    what shows; it is told in seconds for a zero that moves by ``k``: 1 mg/°C, or 0.01 °/s/°C.
+    what shows; it is stated in seconds for a zero that moves by ``k``: 1 mg/°C, or 0.01 °/s/°C.
     """
 
     name = "thermal-lag"
@@ -60,7 +60,7 @@ class ThermalLag(BiasEffect):
             needs="The same poses while the device warms and while it cools, with the temperature "
             "recorded. In a single warm-up whose temperature settles exponentially, the lag is "
             "exactly a part of the temperature coefficient of the bias and of the warm-up: these "
-            "data cannot tell which. While the temperature rises evenly, it is exactly a bias.",
+            "data cannot separate them. While the temperature rises evenly, it is exactly a bias.",
             remedy="Wait until the temperature stands still, in calibration and in use. Or add the "
             "term together with the temperature coefficient, and apply both with the recorded "
             "temperature.",

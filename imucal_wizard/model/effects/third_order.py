@@ -52,8 +52,8 @@ class ThirdOrder(AxisEffect):
             equation="error on an axis = coefficient × (force on that axis)³",
             signature="The same sign at both faces of the axis and where it is level, the other "
             "sign at 45° between. Three quarters of it pass for a scale error.",
-            needs="Faces, edges and corners. Gravity hardly tells it from the odd quadratic term; "
-            "several g would.",
+            needs="Faces, edges and corners. Gravity hardly distinguishes it from the odd "
+            "quadratic term; several g would.",
             remedy="Add the term for use up to 1 g, or choose a larger range setting if the sensor "
             "has one. Do not extrapolate it to several g.",
             confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
@@ -66,7 +66,7 @@ class ThirdOrder(AxisEffect):
             signature="Fast turns come out too small in both senses while slow ones come out a "
             "little too large, because the scale is a compromise between them.",
             needs="Turns at three speeds or more, the fastest near the range. At one speed it "
-            "cannot be told from the scale.",
+            "cannot be separated from the scale.",
             remedy="Add the term and apply it, or choose a larger range setting.",
             confirm="Turn the sensor on a rate table from slow to nearly the full range: the error "
             "grows with the third power of the rate, with opposite signs in the two senses.",

@@ -19,8 +19,8 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.rows.source import Rows, RowSource
 
 MAX_PIECE = 120
-"""Rows of a piece: sixty rotations. One hold in sixty is cut, which costs less than 1 % of what the
-shared noise tells."""
+"""Rows of a piece: sixty rotations. One hold in sixty is cut, which costs less than 1 % of the
+information in the shared noise."""
 
 
 @dataclass(frozen=True, eq=False)

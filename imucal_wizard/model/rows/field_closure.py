@@ -30,7 +30,7 @@ from imucal_wizard.model.rows.source import (
 from imucal_wizard.model.terms import Term, Terms
 
 MIN_SINE_SQUARE = 1e-6
-"""Of the angle between field and vertical; at the poles the field tells no heading."""
+"""Of the angle between field and vertical; at the poles the field gives no heading."""
 
 
 class HeadingRows(Rows):

@@ -166,7 +166,7 @@ class RowSource(ABC):
         at_rest: means of readings in a hold.
         moving: measured while the device rotated, and compared with a reference at both ends.
         noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
-            nobody has measured, and only their scatter tells how well they are known.
+            nobody has measured, and only their scatter shows how well they are known.
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one pose differ by noise alone.
@@ -178,8 +178,8 @@ class RowSource(ABC):
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
-        slow: names of those that are slow noise told from the rows themselves. They weigh the rows
-            that share it; no error that is told is freed from it, and no floor holds it.
+        slow: names of those that are slow noise estimated from the rows themselves. They weigh the
+            rows that share it; no reported error is freed from it, and no floor holds it.
     """
 
     kind: str

@@ -241,7 +241,7 @@ def write_export(
 
 
 def _own_frame(calibration: Calibration) -> tuple[str, ...]:
-    """That nothing tells how a gyroscope that a rate table calibrated lies to other sensors."""
+    """That the mounting of a gyroscope calibrated by a rate table alone is not known."""
     gyroscope = calibration.sensors.get("gyroscope")
     if gyroscope is None or gyroscope.frame != "own":
         return ()

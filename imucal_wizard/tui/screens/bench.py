@@ -313,16 +313,18 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
     @work
     async def _work(self, benches: Benches, act: Act | None, choose: str) -> None:
         bench = benches.bench(self.sensor) or benches.accelerometer
+        owner = self._owner  # the thread goes on when the screen is left
 
         def done() -> tuple[BenchSnapshot, str]:
             problem = ""
-            if act is not None:
-                act(bench)
-                problem = self._owner.keep_model()
-            return bench_snapshot(benches, bench), problem
+            with owner.models.lock:
+                if act is not None:
+                    act(bench)
+                    problem = owner.models.keep()
+                return bench_snapshot(benches, bench), problem
 
         try:
-            with nullcontext() if act is None else self._owner.unfinished():
+            with nullcontext() if act is None else owner.unfinished():
                 snapshot, problem = await in_thread(done)
         except ImucalError as error:
             self.note = (str(error), "bad")
@@ -333,7 +335,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
                 self.note = (_ROSE, "warn")
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
-            elif act is None and (restored := self._owner.restored):
+            elif act is None and (restored := owner.models.restored):
                 self.note = (f"✓ Here again: {restored}", "good")
         self.busy = ""
         self.redraw()

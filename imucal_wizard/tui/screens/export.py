@@ -59,16 +59,19 @@ class ExportScreen(ModalScreen[None]):
     def _chosen(self, event: OptionList.OptionSelected) -> None:
         self._write(self._targets[event.option_index])
 
-    @work(exclusive=True)
+    @work
     async def _write(self, target: ExportTarget) -> None:
+        self._show([("Writing the file …", "accent")])
         try:
             if self._state.saved is None:
                 await cast("BaseApp", self.app).save_model()
             done = await asyncio.to_thread(self._state.export, target.name)
         except ImucalError as error:
-            rows = [(f"▲ {error}", "warn")]
+            self._show([(f"▲ {error}", "warn")])
         else:
-            rows = told(done)
+            self._show(told(done))
+
+    def _show(self, rows: Sequence[tuple[str, str]]) -> None:
         self.query_one("#exported", Lines).draw(
             lambda width, _: [row for text, style in rows for row in wrapped(text, width, style)]
         )

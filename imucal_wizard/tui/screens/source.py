@@ -38,6 +38,7 @@ VIRTUAL = SourceChoice(
 _PORT = re.compile(r"\w+://|/dev/|COM\d+$|mavlink:", re.IGNORECASE)
 """Typed text of this form is a port or a URL; other text is a file."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
+_DEVICES = (SourceKind.VIRTUAL, SourceKind.PORT)
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
@@ -87,14 +88,17 @@ class SourceScreen(LiveScreen):
         Binding(
             "d", "devices", "devices", tooltip="shows the devices that were measured, and drifts"
         ),
-        Binding("escape", "other", "other source", tooltip="closes this source"),
+        Binding("escape", "other", "other source", tooltip="goes back to the list of sources"),
     ]  # fmt: skip
     step = StepKind.SOURCE
 
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)
         self._choices: list[SourceChoice] = [VIRTUAL]
+        self._recheck: SourceChoice | None = None
+        """The calibration to check, once it is chosen; then only devices are listed."""
         self._chosen: SourceChoice | None = None
+        """The source that is open or being opened."""
         self._started = False
         self._asked = False
         self._offered = (False, False)
@@ -127,7 +131,9 @@ class SourceScreen(LiveScreen):
         """Enable the keys to choose, or those for an open source."""
         if action in ("open", "type", "look", "devices"):
             return self.state.source is None
-        if action in ("other", "describe"):
+        if action == "other":
+            return self.state.source is not None or self._recheck is not None
+        if action == "describe":
             return self.state.source is not None
         if action == "columns":
             return self._columns_known
@@ -168,19 +174,26 @@ class SourceScreen(LiveScreen):
         except (ImucalError, OSError):  # the other sources remain
             return []
 
+    @property
+    def _listed(self) -> list[SourceChoice]:
+        """The sources found; for a recheck only devices, of which the virtual IMU is always one."""
+        kinds = tuple(SourceKind) if self._recheck is None else _DEVICES
+        return [one for one in self._choices if one.kind in kinds]
+
     def _list(self) -> None:
-        place = self.query_one(OptionList)
+        place, listed = self.query_one(OptionList), self._listed
         keep = place.highlighted or 0
-        place.set_options([Option(_prompt(choice)) for choice in self._choices])
-        place.highlighted = min(keep, len(self._choices) - 1)
+        place.set_options([Option(_prompt(choice)) for choice in listed])
+        place.highlighted = min(keep, len(listed) - 1)
 
     def action_open(self) -> None:
-        """Open the selected source, or the typed one."""
+        """Open the selected source, or the typed one; once, however often the key is pressed."""
+        if self._chosen is not None:
+            return
         if self.query_one(Input).has_focus:
             self._open_typed()
-        elif self._chosen is None or self._chosen is not self.state.choice:
-            # an early enter must not replace the source of the command line while it opens
-            self._take(self._choices[self.query_one(OptionList).highlighted or 0])
+        else:
+            self._take(self._listed[self.query_one(OptionList).highlighted or 0])
 
     def _take(self, choice: SourceChoice) -> None:
         """Open a source, or ask for the source of a recheck."""
@@ -188,11 +201,10 @@ class SourceScreen(LiveScreen):
             self._open(choice)
             return
         self.state.services.recheck_with(Path(choice.target))
-        self._choices = [
-            one for one in self._choices if one.kind in (SourceKind.VIRTUAL, SourceKind.PORT)
-        ]
+        self._recheck = choice
         self._list()
         self._say(f"{choice.title}: {_QUESTION[0].lower()}{_QUESTION[1:]}")
+        self.refresh_bindings()
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
@@ -209,10 +221,14 @@ class SourceScreen(LiveScreen):
         if self.state.source is None:
             self.action_open()
 
-    @work(exclusive=True, group="open")
-    async def _open(self, choice: SourceChoice) -> None:
+    def _open(self, choice: SourceChoice) -> None:
         self._chosen = choice
         self._say(f"Opening {choice.title or choice.target} …")
+        self._use(choice)
+
+    @work(group="open")
+    async def _use(self, choice: SourceChoice) -> None:
+        """Open a source in a thread, and read it."""
         try:
             source = await in_thread(lambda: self.state.services.open_source(choice))
             self.state.use(source)
@@ -230,10 +246,10 @@ class SourceScreen(LiveScreen):
         self.refresh_bindings()
 
     def action_other(self) -> None:
-        """Close this source and choose another."""
+        """Close this source, or give up the recheck, and choose another."""
         self.state.drop()
         self.state.services.recheck_with(None)
-        self._chosen = None
+        self._chosen = self._recheck = None
         self._started = self._asked = False
         self._unknown_since = None
         self.lines("preview").draw(lambda width, _: welcome_rows(width))
