@@ -278,7 +278,7 @@ def contradiction(calibration: "Calibration") -> str:
 def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") -> Iterator[str]:
     """What of a sensor contradicts the rest of it, without the readings."""
     told = sensor.parameters
-    for parameter, value in _by_matrices(name, sensor).items():
+    for parameter, value in _by_matrices(sensor).items():
         listed = told.get(parameter)
         if listed is not None and not _same(listed.value, value, at_least=1e-3):
             yield (
@@ -328,10 +328,10 @@ def _wrong_grade(name: str, sensor: "Sensor") -> Iterator[str]:
         yield "grade is doubtful, but its verdict and its errors are those of a good one"
 
 
-def _by_matrices(name: str, sensor: "Sensor") -> dict[str, float]:
+def _by_matrices(sensor: "Sensor") -> dict[str, float]:
     """The parameters that matrix, bias and effects give."""
     matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
-    if name == "magnetometer":
+    if "soft_iron_xx" in sensor.parameters:
         soft = symmetric(matrix)[1]
         # of an unknown field the parameters have its size, and the matrix has determinant 1
         size = float(np.cbrt(np.linalg.det(soft))) if "field" in sensor.parameters else 1.0
