@@ -65,7 +65,7 @@ def run(argv: Sequence[str]) -> int:
         raise UsageError(f"{arguments.file} holds no sensor: there is nothing to report")
     noise = None if arguments.noise is None else read_noise(arguments.noise)
     if begins_otherwise(place, REPORT_MARK):
-        raise UsageError(f"{place} is there already and no calibration report: give another name")
+        raise UsageError(f"{place} exists and is not a calibration report: give another name")
     text = certificate(
         calibration,
         arguments.file,
@@ -84,7 +84,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _history(calibration: "Calibration", folder: Path) -> "DeviceHistory | None":
-    """What the user's folder of histories tells of the device."""
+    """The history of the device in the user's folder; None without one."""
     if not (calibration.serial or calibration.device_name):
         return None
     from imucal_wizard.report.device_history import history_of

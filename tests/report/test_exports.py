@@ -434,7 +434,7 @@ def test_a_file_of_another_kind_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "notes.yaml"
     path.write_text("keep: this\n")
     for name in (*WHOLE, "inav"):
-        with pytest.raises(UsageError, match=f"is there already and is no file for {name}"):
+        with pytest.raises(UsageError, match=f"exists and is not a file for {name}"):
             write_export(calibration(felt=False), name, path)
     assert path.read_text() == "keep: this\n"
 
