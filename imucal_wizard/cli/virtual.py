@@ -46,7 +46,7 @@ def parser() -> Parser:
 
 
 def run(argv: Sequence[str]) -> int:
-    """Serve the device until interrupted or told to quit."""
+    """Serve the device until it is interrupted or gets ``quit``."""
     arguments = parser().parse_args(argv)
     # Ctrl+C is the usual way to stop: it ends the command with 0 wherever the main thread is
     signal.signal(signal.SIGINT, _stop)

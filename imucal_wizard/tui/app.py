@@ -151,7 +151,7 @@ class BaseApp(App[Saved]):
 
     @contextmanager
     def unfinished(self) -> Iterator[None]:
-        """While a model is fitted or written; whoever leaves meanwhile leaves when it is done."""
+        """While a model is fitted or written: leaving waits until it is done."""
         done = False
         self._unfinished += 1
         try:
@@ -207,7 +207,7 @@ class BaseApp(App[Saved]):
             other = Path(typed).expanduser()
             if not other.exists():
                 return other
-            problem = f"{other} is there already; give another name"
+            problem = f"{other} exists already; give another name"
         return None
 
     async def action_quit(self) -> None:

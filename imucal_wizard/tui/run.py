@@ -55,7 +55,7 @@ def run_wizard(options: WizardOptions) -> int:
         say(f"▲ the end of the session is {state.unwritten}")
     if state.failure is not None and app.unkept is None:
         if sources.session is not None and sources.session.exists():
-            _tell_session(sources.session, None)
+            _print_session(sources.session, None)
         raise state.failure
     if saved is not None:
         say("\n".join(saved.says))
@@ -65,7 +65,7 @@ def run_wizard(options: WizardOptions) -> int:
         if app.unkept is not None and state.result is not None:
             _print_calibration(state.result, state.diagnoses)
         if sources.session is not None and sources.session.exists():
-            _tell_session(sources.session, app.unkept if state.result is not None else None)
+            _print_session(sources.session, app.unkept if state.result is not None else None)
     if sources.sealed is not None:
         say(f"answer (not secret: this computer knows it): {sources.sealed}")
         reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
@@ -85,8 +85,8 @@ def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
     say("▲ no file has this calibration")
 
 
-def _tell_session(session: Path, unkept: PlaceError | None) -> None:
-    """Tell where the session is, and what to type next.
+def _print_session(session: Path, unkept: PlaceError | None) -> None:
+    """Print where the session is, and what to type next.
 
     Args:
         session: its file.
@@ -120,7 +120,7 @@ def _run(app: BaseApp) -> Saved | None:
 
 
 def _status(app: BaseApp) -> int:
-    """The exit status of an app, which tells a signal that ended it."""
+    """The exit status of an app; 128 and the number of the signal that ended it."""
     if app.ended_by:
         model = app.unsaved_model()  # nobody could be asked
         kept = "; the bench of the same data has it again" if model else ""

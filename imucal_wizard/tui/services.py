@@ -441,7 +441,7 @@ class WizardServices:
 
 
 def _fingerprint(recorded: Sequence[Path]) -> str | None:
-    """Of what was measured; None where it cannot be read at present."""
+    """Fingerprint of what was measured; None if it cannot be read at present."""
     from imucal_wizard.acquire.files.session_salvage import fingerprint
 
     try:
@@ -467,15 +467,15 @@ def last_line(
         path: the saved calibration.
         measured: the session or recording for the bench; None to propose an export.
     """
-    told = []
+    states = []
     for name, one in grades.items():
         terms = report.sensors[name].terms if name in report.sensors else ()
         beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
-        told.append(f"{name} {one.grade.word}{beyond}")
+        states.append(f"{name} {one.grade.word}{beyond}")
     following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
     if measured is not None and any(one.grade != "good" for one in grades.values()):
         following = f"imucal-wizard bench {shlex.quote(str(measured))}"
-    return f"{'; '.join(told) or 'saved without a verdict'}. Next: {following}"
+    return f"{'; '.join(states) or 'saved without a verdict'}. Next: {following}"
 
 
 def _kept(session: "SessionInfo") -> SourceChoice:

@@ -221,15 +221,15 @@ class WizardState:
     def judge(self) -> "tuple[FitReport, Mapping[str, Diagnosis]]":
         """The fit with the bench's effects, and the diagnoses. Slow: call it in a thread.
 
-        An exercise has no diagnoses: a verdict would tell the answer.
+        An exercise has no diagnoses: a verdict would give the answer away.
 
         Raises:
             DataError: the data determine no model.
         """
         benches = self.bench()
         with self.models.lock:
-            told = {} if self.settings.predict else self.services.diagnose(benches)
-            return benches.fitted(), told
+            predict = self.settings.predict
+            return benches.fitted(), {} if predict else self.services.diagnose(benches)
 
     def judged(self, result: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
         """Take the fit with the bench's effects, and the diagnoses."""
@@ -290,7 +290,7 @@ class WizardState:
     def save(self, place: "Path | None" = None) -> Saved:
         """Write the calibration, with its verdicts and the bench's effects. Slow: use a thread.
 
-        An exercise that has no bench yet is saved without verdicts, which would tell the answer.
+        An exercise that has no bench yet is saved without verdicts, which give it away.
 
         Args:
             place: the file; None for the usual one.

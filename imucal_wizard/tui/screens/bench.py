@@ -193,8 +193,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             return parameters[0] is not hidden
         if action == "measure" and not self._live:
             return False
-        telling = ("next_poses", "undo", "added", "measure", "remove", "formula", "save")
-        return not (hidden and action in telling)
+        showing = ("next_poses", "undo", "added", "measure", "remove", "formula", "save")
+        return not (hidden and action in showing)
 
     # Display
 
@@ -264,9 +264,9 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             sign, words = snapshot.style, snapshot.diagnosis.says
             rows += wrapped(f" {_MARKS.get(sign, '▸')} {words}", width, sign, indent="   ")
         if len(rows) > SAID:
-            told = "".join(text for text, _ in rows[SAID - 1])
+            last = "".join(text for text, _ in rows[SAID - 1])
             more = "  … n: all of it"
-            cut = told[: width - len(more)].rsplit(" ", 1)[0]
+            cut = last[: width - len(more)].rsplit(" ", 1)[0]
             rows[SAID - 1] = ((cut, rows[SAID - 1][0][1]), (more, "key"))
         return (rows + [line("")] * SAID)[:SAID]
 
