@@ -230,7 +230,7 @@ def read_batches(connection: sqlite3.Connection, size: int) -> Iterator[list[tup
 def _check_pieces(arrivals: Sequence[Any], datas: Sequence[Any]) -> None:
     if {*map(type, arrivals)} != {float} or {*map(type, datas)} != {bytes}:
         raise sqlite3.DatabaseError("a piece of the received bytes is garbled")
-    if not all(map(math.isfinite, arrivals)):
+    if not (math.isfinite(sum(arrivals)) or all(map(math.isfinite, arrivals))):
         raise sqlite3.DatabaseError("the time of a piece of the received bytes is garbled")
 
 
