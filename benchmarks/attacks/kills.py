@@ -215,8 +215,9 @@ class Killed:
 
     def lost(self, kills: int) -> Iterator[str]:
         """Kill so many times, or until the lines have ended; what each kill has lost."""
-        for _ in range(kills):
-            if self._device.next >= len(performance()) or time.monotonic() > self._sitting.end:
+        for number in range(kills):
+            late = number > 0 and time.monotonic() > self._sitting.end
+            if late or self._device.next >= len(performance()):
                 break
             with self._started() as terminal:
                 try:
