@@ -248,9 +248,16 @@ class SlowKind:
 
 @dataclass(frozen=True, eq=False)
 class SlowErrors:
-    """What the errors of a session's holds may be, each kind with its probability."""
+    """What the errors of a session's holds may be, each kind with its probability.
+
+    Attributes:
+        kinds: the kinds of slow errors.
+        variance: by whose inverse each hold was weighed in each of the fits that tell these errors,
+            shape (n,) each. Fits of other weights have the same errors.
+    """
 
     kinds: tuple[SlowKind, ...]
+    variance: tuple[FloatArray, ...]
 
     @property
     def measured(self) -> bool:
@@ -259,18 +266,16 @@ class SlowErrors:
 
     def scaled(self, factor: float) -> "SlowErrors":
         """The same in a unit of which the old one is so many."""
-        return SlowErrors(tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds))
+        kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
+        return SlowErrors(kinds, tuple(factor**2 * one for one in self.variance))
 
-    def loading(self, variance: FloatArray) -> FloatArray:
+    def loading(self) -> FloatArray:
         """By how much the latent slow errors that matter move the holds of the one fit, (n, m).
 
         What weighs the holds is the mean of the inverse covariances: a large error that is hardly
         likely then takes little away from the information in a combination of holds.
-
-        Args:
-            variance: by whose inverse each hold was weighed, shape (n,).
         """
-        sigma, slow = np.sqrt(variance), [float(one.weight[1:].sum()) for one in self.kinds]
+        sigma, slow = np.sqrt(self.variance[0]), [float(one.weight[1:].sum()) for one in self.kinds]
         if sum(slow) < MIN_SLOW_SHARE / (1.0 + MIN_SLOW_SHARE):
             return np.zeros((len(sigma), 0))  # however large they are, they take away too little
         weight = np.zeros((len(sigma), len(sigma)))
@@ -300,7 +305,8 @@ class SlowErrors:
                 if between is not None:
                     pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
                     slow = kind.whole
-                total = total + kind.weight @ kind.scale[k] * (one.pull * one.variance) @ one.pull.T
+                variance = kind.weight @ kind.scale[k] * self.variance[k]
+                total = total + (one.pull * variance) @ one.pull.T
                 total = total + kind.weight @ kind.size[k] * pull @ slow @ pull.T
             if between is not None:
                 white = (between.pull * between.variance) @ between.pull.T
@@ -376,7 +382,8 @@ def slow_errors(
     highest = max(float(kind.weight.max()) for kind in kinds)  # a logarithm until here
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
-        tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds)
+        tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds),
+        tuple(one.variance for one in fitted),
     )
 
 

@@ -102,7 +102,19 @@ def test_slow_errors_weigh_holds_only_where_they_are_likely() -> None:
         fitted = Fitted(left, ones, np.ones(60), alike, ones.T / 60.0, np.ones(60))
         found = slow_errors(spans, [fitted], False)
         assert found is not None
-        assert (found.loading(np.ones(60)).shape[1] == 0) is few
+        assert (found.loading().shape[1] == 0) is few
+
+
+def test_the_errors_of_holds_are_the_same_whatever_a_second_fit_weighs_them_by() -> None:
+    """One fit tells the errors; that by which another one weighs its holds is no part of them."""
+    rng, spans, ones = np.random.default_rng(4), _regular(30), np.ones((30, 1))
+    left = rng.standard_normal(30)
+    left -= left.mean()
+    first = Fitted(left, ones, np.full(30, 2.0), np.ones((30, 30)), ones.T / 30.0, np.ones(30))
+    found = slow_errors(spans, [first], False)
+    assert found is not None
+    second = replace(first, variance=np.full(30, 0.1))
+    assert found.covariance([second]) == pytest.approx(found.covariance([first]))
 
 
 def test_a_long_rest_tells_how_large_slow_noise_is() -> None:

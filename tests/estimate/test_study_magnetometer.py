@@ -12,7 +12,7 @@ from tests.estimate.field_truth import TEN_BITS
 pytestmark = pytest.mark.study
 
 RUNS = 50
-POSES, CIRCLES = "26 poses of 3 s", "six circles at 25 Hz"
+POSES, CIRCLES, REPEATED = "26 poses of 3 s", "six circles at 25 Hz", "26 poses of 3 s twice"
 
 
 @pytest.mark.parametrize(
@@ -22,6 +22,7 @@ POSES, CIRCLES = "26 poses of 3 s", "six circles at 25 Hz"
         (POSES, "0.05 µT from pose to pose", 1.0),
         (CIRCLES, "0.05 µT from pose to pose", 1.0),
         (CIRCLES, "random walk 0.02 µT/√s", 1.0),
+        (REPEATED, "field drifts by 0.2 µT", 1.0),
     ],
 )
 def test_intervals_hold_the_truth_where_samples_share_their_errors(

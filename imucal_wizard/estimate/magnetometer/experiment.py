@@ -217,7 +217,7 @@ class MagnetometerExperiment(Experiment):
         slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
         loading = None
         if slow is not None and np.mean(found.residual**2 / found.system.own) < MAX_SLOW_NOISE**2:
-            loading = slow.loading(found.white_variance)
+            loading = slow.loading()
         had = self.magnitude.loading.shape[1]
         if alignment is self._alignment and (loading is None or not loading.shape[1]) and not had:
             self._slow_errors, self._told_by = slow, found
