@@ -179,18 +179,14 @@ def _live(arguments: Namespace) -> int:
     if any(table_options(arguments)):
         raise UsageError("the wizard does not follow a rate table: give a recording of it")
     from imucal_wizard.estimate.table_steps import KnownRates
-    from imucal_wizard.report.calibrated_device import check_table, check_unedited
+    from imucal_wizard.report.calibrated_device import check_table
     from imucal_wizard.report.calibration_file import read_calibration
     from imucal_wizard.tui.options import WizardOptions
     from imucal_wizard.tui.run import run_wizard
 
     # before the terminal is taken over
-    own, calibration = (
-        tuple(own_effects(arguments.effects)),
-        read_calibration(arguments.calibration),
-    )
-    check_unedited(calibration, own)
-    check_table(calibration, KnownRates())
+    own = tuple(own_effects(arguments.effects))
+    check_table(read_calibration(arguments.calibration), KnownRates())
     return run_wizard(
         WizardOptions(
             port=arguments.port,

@@ -56,13 +56,11 @@ def run(argv: Sequence[str]) -> int:
     spare([one for one in (arguments.file, arguments.noise) if one], place, arguments.json)
     spare_others(arguments)
     where = location_given(arguments)
-    from imucal_wizard.report.calibrated_device import check_parameters
     from imucal_wizard.report.calibration_file import read_calibration
     from imucal_wizard.report.certificate import REPORT_MARK, certificate, report_document
     from imucal_wizard.report.noise_report import read_noise
 
     calibration = read_calibration(arguments.file)
-    check_parameters(calibration)
     if not calibration.sensors:
         raise UsageError(f"{arguments.file} holds no sensor: there is nothing to report")
     noise = None if arguments.noise is None else read_noise(arguments.noise)

@@ -475,7 +475,7 @@ def test_a_file_that_corrects_worse_than_none_fails_the_check(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = calibration(felt=False)
-    wrong = msgspec.structs.replace(made["accelerometer"], bias=[9.0, 0.0, 0.0])
+    wrong = msgspec.structs.replace(made["accelerometer"], bias=[9.0, 0.0, 0.0], rms_fitted=5.8)
     alone = msgspec.structs.replace(made, sensors={"accelerometer": wrong})
     saved = alone.save(tmp_path / "my.json", force=True)
     assert cli.main(["export", str(saved), "--to", "ros-imu-calib"]) == 1
