@@ -73,6 +73,17 @@ def simulations_made_once() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def rough_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Find the sizes that show from few draws and simulations, for tests of what else a bench tells."""
+    from imucal_wizard.diagnose import noise_draws, significance
+
+    for name in ("DRAWS", "MIN_DRAWS", "PILOTS"):
+        monkeypatch.setattr(noise_draws, name, 8)
+    monkeypatch.setattr(noise_draws, "MAX_CHANGE", 0.3)
+    monkeypatch.setattr(significance, "SIMULATIONS", 100)
+
+
 if TYPE_CHECKING:  # there are systems without pseudo-terminals, on which other tests run
     from tests.acquire.ports import Pty
 
