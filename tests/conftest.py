@@ -75,7 +75,7 @@ def simulations_made_once() -> Iterator[None]:
 
 @pytest.fixture
 def rough_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Find the sizes that show from few draws and simulations, for tests of what else a bench tells."""
+    """Find the sizes that show from few draws, for tests of what else a bench tells."""
     from imucal_wizard.diagnose import noise_draws, significance
 
     for name in ("DRAWS", "MIN_DRAWS", "PILOTS"):
