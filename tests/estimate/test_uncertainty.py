@@ -80,7 +80,7 @@ def test_eighteen_poses_cover_by_students_t(method: str) -> None:
 
 def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
     """The six faces twice: six degrees of freedom from the repeats alone."""
-    rng, repetitions = np.random.default_rng(2), 120
+    rng, repetitions = np.random.default_rng(2), 60
     inside: Counter[str] = Counter()
     for _ in range(repetitions):
         truth, fit = _one(rng, np.concatenate([EIGHTEEN, SIX]), "least_squares")
