@@ -47,8 +47,8 @@ def fed(cuts: list[int]) -> tuple[list[Event], list[object]]:
 
 
 @cache
-def whole() -> tuple[list[Event], list[object]]:
-    """The same of the recording in one piece."""
+def in_one_piece() -> tuple[list[Event], list[object]]:
+    """The same without a cut."""
     return fed([])
 
 
@@ -56,11 +56,11 @@ def whole() -> tuple[list[Event], list[object]]:
 @given(st.lists(st.integers(1, 3500), max_size=25))
 def test_holds_rotations_and_events_do_not_depend_on_the_cuts(cuts: list[int]) -> None:
     assert len(readings()) > 3500
-    assert fed(cuts) == whole()
+    assert fed(cuts) == in_one_piece()
 
 
 def test_one_sample_at_a_time_gives_the_same_bits_as_all_at_once() -> None:
-    assert fed(list(range(1, len(readings())))) == whole()
+    assert fed(list(range(1, len(readings())))) == in_one_piece()
 
 
 def test_asking_for_what_is_collected_changes_nothing() -> None:
@@ -71,4 +71,4 @@ def test_asking_for_what_is_collected_changes_nothing() -> None:
         machine.feed(part(whole, first, first + 20))
         machine.collected()
     machine.flush()
-    assert fingerprint(machine.collected()) == whole()[1]
+    assert fingerprint(machine.collected()) == in_one_piece()[1]
