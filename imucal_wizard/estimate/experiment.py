@@ -17,6 +17,7 @@ from imucal_wizard.model.terms import Terms
 if TYPE_CHECKING:
     from imucal_wizard.estimate.gauss_newton import Minimum
     from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
+    from imucal_wizard.estimate.slow_noise import SlowErrors
     from imucal_wizard.estimate.table_steps import TableData
 
 
@@ -179,6 +180,11 @@ class Experiment(ABC):
 
         With slow noise estimated from the residuals; None where the covariance of the rows is used.
         """
+        del found
+        return None
+
+    def slow_errors(self, found: "Minimum[Experiment]") -> "SlowErrors | None":
+        """What of the errors of the rows is slow; None where the misfit itself has to tell it."""
         del found
         return None
 

@@ -264,6 +264,28 @@ class SlowErrors:
         """Whether the holds show slow errors of every kind apart from the model."""
         return all(kind.shown > MIN_LEFT_SHARE for kind in self.kinds if kind.long)
 
+    def foreseen(self, combinations: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """What the errors of another session with this sensor may be.
+
+        That none of them is slow is left out: a session in which slow errors happened to be small
+        does not show that the next one has none.
+
+        Args:
+            combinations: of the holds of the one fit, shape (m, n).
+
+        Returns:
+            Probability of each kind and size of slow errors, shape (k,), and variance of the
+            combinations under each, shape (k, m).
+        """
+        white, shares, found = combinations**2 @ self.variance[0], [], []
+        for kind in self.kinds:
+            slow = ((combinations @ kind.slow[0]) * combinations).sum(axis=1)
+            each = np.outer(kind.scale[0], white) + np.outer(kind.size[0], slow)
+            shares.append(kind.weight[1:])
+            found.append(each[1:])
+        share = np.concatenate(shares)
+        return np.asarray(share / share.sum()), np.concatenate(found)
+
     def scaled(self, factor: float) -> "SlowErrors":
         """The same in a unit of which the old one is so many."""
         kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
