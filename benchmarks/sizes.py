@@ -4,8 +4,9 @@ In a session with nothing hidden the program says from which size it would see a
 recordings, at one false alarm in a hundred of sensors that lack nothing) and from which it would
 name the family (90 of 100). The effect is hidden in another recording of the same device by the
 same procedure (new poses, a new order, new noise; of the accelerometer another device with the same
-noise) by the simulator, which shares no formula with the fit; the program judges, and halving intervals, the size from which it sees (some suspect has
-p ≤ 0.01) or names is found between two tries, the first at the size told.
+noise) by the simulator, which shares no formula with the fit; the program judges, and halving
+intervals, the size from which it sees (some suspect has p ≤ 0.01) or names is found between two
+tries, the first at the size told.
 A normal distribution is fitted to these sizes, in units of those told. Where it reaches 95 or 90
 per cent is the size that is found; the table has told over found with its 90 % interval, uniform
 priors on the middle and on the logarithm of the width of the distribution, and in how many sessions
