@@ -22,9 +22,12 @@ that say that the temperature differs.
     --rechecks     of each, unchanged and of each change
     --seed
     --only         near, known, unknown or wizard; may be given several times
+    --counts       file with the counts of earlier runs, which this run continues with further
+                   devices and writes anew; the tables are then of all runs together
 """
 
 import argparse
+import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -32,6 +35,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 from scipy.stats import beta
@@ -277,6 +281,7 @@ def main() -> None:
     parser.add_argument("--rechecks", type=int, default=20)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--only", choices=[*STUDIES, WIZARD], action="append")
+    parser.add_argument("--counts", type=Path)
     given = parser.parse_args()
     print(machine())
     wanted = given.only or [*STUDIES, WIZARD]
@@ -284,11 +289,22 @@ def main() -> None:
         if name == WIZARD:
             print_durations(given.seed, given.devices)
             continue
-        study = STUDIES[name]
-        found = table(study, given.rechecks, given.seed, range(given.devices))
+        study, kept = STUDIES[name], {}
+        if given.counts is not None and given.counts.exists():
+            kept = json.loads(given.counts.read_text())
+        done = kept.setdefault(name, {"devices": 0, "seed": given.seed, "rechecks": given.rechecks})
+        if (done["seed"], done["rechecks"]) != (given.seed, given.rechecks):
+            parser.error("the counts are of another seed or another number of rechecks")
+        past = range(done["devices"], done["devices"] + given.devices)
+        found = table(study, given.rechecks, given.seed, past)
+        for what, counts in found.items():
+            counts.update(done.get(what, {}))
+        kept[name] = done | {"devices": past.stop} | found
+        if given.counts is not None:
+            given.counts.write_text(json.dumps(kept, indent=1))
+        of = past.stop * given.rechecks
         print(f"\n{study.title}\n{'':20}{'NO-GO':36}{'insufficient':36}temperature differs")
         for what, counts in found.items():
-            of = given.devices * given.rechecks
             cells = (interval(counts[one], of) for one in ("no-go", "insufficient", "temperature"))
             print(f"{what:20}" + "".join(f"{cell:36}" for cell in cells).rstrip(), flush=True)
 

@@ -1,9 +1,11 @@
 """What tests of several packages need."""
 
 import gc
+import hashlib
 import os
+import pickle
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import TYPE_CHECKING
 
 import pytest
@@ -31,10 +33,44 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
-def pytest_collection_finish() -> None:
-    """Exempt what is loaded by now, a million objects, from every later garbage collection."""
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Exempt what is loaded by then, a million objects, from every garbage collection."""
+    gc.disable()
+    result = yield
     gc.collect()
     gc.freeze()
+    gc.set_threshold(10_000)  # screens are made of thousands of objects
+    gc.enable()
+    return result
+
+
+@pytest.fixture(autouse=True, scope="session")
+def simulations_made_once() -> Iterator[None]:
+    """Simulate what noise alone makes of one design once in a process.
+
+    Simulations are seeded and take longer than most of what is tested with them; the same design is
+    looked at by many tests, and by each command in its turn.
+    """
+    from imucal_wizard.diagnose import significance
+    from imucal_wizard.diagnose.significance import Chances, SimulatedOdds
+
+    simulated, known = Chances._simulated, {}
+
+    def once(self: Chances, sigma: float, wander: float) -> SimulatedOdds:
+        suspects = self._suspects[0]
+        frame, spectra = suspects.frame, suspects.spectra
+        numbers = [suspects.log_prior, frame._log_volume, *frame.each_weights]
+        numbers += [part for one in spectra for part in (one.gain, one.log_det, *one.patterns)]
+        design = hashlib.sha256(pickle.dumps([(part.shape, part.tobytes()) for part in numbers]))
+        key = design.digest(), significance.SIMULATIONS, self._seed, sigma, wander
+        if key not in known:
+            known[key] = simulated(self, sigma, wander)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Chances, "_simulated", once)
+        yield
 
 
 if TYPE_CHECKING:  # there are systems without pseudo-terminals, on which other tests run

@@ -14,7 +14,7 @@ from imucal_wizard.cli import fit
 from imucal_wizard.core import VERSION
 from imucal_wizard.core.output import without_control_characters
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.run.faults import hide_tracebacks, tell_faults
+from imucal_wizard.run.faults import hide_tracebacks, print_faults
 from imucal_wizard.run.reader import Reader
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.simulate.imu import VirtualImu
@@ -79,7 +79,7 @@ def test_a_fault_of_the_reading_thread_closes_the_session_and_is_told_at_the_end
     assert "because of a fault" in reader.snapshot().stream.problem
     assert [one.name for one in place.parent.iterdir()] == [place.name]  # closed
     wait_for(lambda: any((tmp_path / "state").rglob("fault-*.txt")))
-    tell_faults()
+    print_faults()
     (report,) = (tmp_path / "state").rglob("fault-*.txt")
     assert str(report) in capfd.readouterr().err
 

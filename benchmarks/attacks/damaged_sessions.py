@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.attacks import Outcome
-from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files import Batch, RecordingOptions
 from imucal_wizard.acquire.files.session_salvage import read_session, repair
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.run.review import review_session
@@ -112,9 +112,8 @@ def _opened(path: Path, wanted: set[tuple[float, bytes]], *, replayed: bool) -> 
 def _pieces(path: Path) -> tuple[set[tuple[float, bytes]], str]:
     """The pieces that are read of a session, and what of it is lost."""
 
-    def decode(
-        _: dict[str, Any], batches: Iterator[list[tuple[bytes, float]]]
-    ) -> set[tuple[float, bytes]]:
-        return {(arrival, data) for data, arrival in chain(*batches)}
+    def decode(_: dict[str, Any], batches: Iterator[Batch]) -> set[tuple[float, bytes]]:
+        pieces = chain(*(batch for batch in batches if isinstance(batch, list)))
+        return {(arrival, data) for data, arrival in pieces}
 
     return read_session(path, decode, 1 << 16)

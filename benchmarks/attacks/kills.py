@@ -16,6 +16,7 @@ import sqlite3
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
@@ -35,7 +36,7 @@ from imucal_wizard.sessions import KeptSession
 from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.terminal import OPEN_SECONDS, Pty
 from tests.run.performance import same
-from tests.terminal.terminal import Terminal, program
+from tests.terminal.terminal import POLL, Terminal, program
 
 NUMBER = 1
 ATTACK = "killed at random and at each confirmation; power lost"
@@ -47,8 +48,12 @@ ROTATIONS = 2
 LINES_BEFORE_START = 200
 """Lines that the device sends before the procedure is started; then it waits for the start."""
 SPEEDS = (1.0, 20.0)
-AT_ONCE = 4
+AT_ONCE = 8
 """Sessions at once: at true speed a session uses a tenth of a core, and its start one second."""
+MOST_KILLS = 250
+"""Kills of a sitting: those at random moments reach the end of the procedure at true speed."""
+MOST_SECONDS = 2700.0
+"""Duration of a study; a machine that is too busy makes fewer kills, and those are counted."""
 SOON = 2.5
 """Seconds after the program is back into which kills at random fall; a fifth of them at 20 times
 the true speed, which are ten seconds of device time."""
@@ -76,6 +81,7 @@ class Sitting:
         confirmed: kill as soon as something is confirmed, else at random moments.
         commands: take the last hold back now and then, and kill when that is confirmed.
         seed: of the random moments.
+        end: when no further kill is made, on ``time.monotonic``.
     """
 
     kills: int
@@ -83,6 +89,7 @@ class Sitting:
     confirmed: bool
     commands: bool
     seed: int
+    end: float = float("inf")
 
 
 @cache
@@ -208,8 +215,9 @@ class Killed:
 
     def lost(self, kills: int) -> Iterator[str]:
         """Kill so many times, or until the lines have ended; what each kill has lost."""
-        for _ in range(kills):
-            if self._device.next >= len(performance()):
+        for number in range(kills):
+            late = number > 0 and time.monotonic() > self._sitting.end
+            if late or self._device.next >= len(performance()):
                 break
             with self._started() as terminal:
                 try:
@@ -255,7 +263,8 @@ class Killed:
         before, end = Shown.on(terminal.text), time.monotonic() + PATIENCE
         undoing = self._sitting.commands and self._rng.random() < UNDONE
         while time.monotonic() < end and self._device.next < len(performance()):
-            terminal.pump()
+            if not terminal.pump_piece(POLL):
+                continue
             now = Shown.on(terminal.text)
             if now == before:
                 continue
@@ -325,7 +334,7 @@ def sit(sitting: Sitting) -> tuple[list[str], int]:
     rng = np.random.default_rng(sitting.seed)
     problems: list[str] = []
     sessions = 0
-    while len(problems) < sitting.kills:
+    while len(problems) < sitting.kills and time.monotonic() < sitting.end:
         with tempfile.TemporaryDirectory() as folder:
             killed = Killed(sitting, Path(folder), rng)
             problems += killed.lost(sitting.kills - len(problems))
@@ -343,33 +352,34 @@ def sittings(random: int, confirmed: int) -> list[Sitting]:
         confirmed: kills at the instant of a confirmation, one in four with commands.
     """
     made: list[Sitting] = []
+    end = time.monotonic() + MOST_SECONDS
     for speed in SPEEDS:
-        parts = max(AT_ONCE // len(SPEEDS), 1)
-        share = random // len(SPEEDS) // parts
-        made += [
-            Sitting(share, speed, confirmed=False, commands=False, seed=part)
-            for part in range(parts)
-        ]
         at_once = confirmed // len(SPEEDS)
-        made.append(Sitting(at_once - at_once // 4, speed, confirmed=True, commands=False, seed=50))
-        made.append(Sitting(at_once // 4, speed, confirmed=True, commands=True, seed=51))
-    return [one for one in made if one.kills]
+        kinds = (
+            (random // len(SPEEDS), False, False),
+            (at_once - at_once // 4, True, False),
+            (at_once // 4, True, True),
+        )
+        for count, at_confirmation, commands in kinds:
+            for done in range(0, count, MOST_KILLS):
+                kills, seed = min(MOST_KILLS, count - done), len(made)
+                made.append(Sitting(kills, speed, at_confirmation, commands, seed, end))
+    return made
 
 
 def study(every: Sequence[Sitting]) -> Outcome:
     """All sittings, some at once."""
     outcome = Outcome()
-    sessions = 0
+    sessions, made = 0, Counter[str]()
     performance()  # made once; the processes inherit it
     with ProcessPoolExecutor(AT_ONCE) as pool:
-        for problems, count in pool.map(sit, every):
+        for one, (problems, count) in zip(every, pool.map(sit, every), strict=True):
             outcome.add(problems)
             sessions += count
-    confirmed = sum(one.kills for one in every if one.confirmed)
-    outcome.notes.append(
-        f"{outcome.tries - confirmed} at random, {confirmed} at a confirmation; half at each of"
-        f" {SPEEDS[0]:g} and {SPEEDS[1]:g} times the true speed; {sessions} sessions compared"
-    )
+            at = "at a confirmation" if one.confirmed else "at random"
+            made[f"{at} at {one.speed:g} times the true speed"] += len(problems)
+    kinds = ", ".join(f"{count} {kind}" for kind, count in made.items())
+    outcome.notes += [kinds, f"{sessions} sessions compared with undisturbed ones"]
     return outcome
 
 

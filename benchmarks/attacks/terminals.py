@@ -23,6 +23,8 @@ FIRST_SECONDS, LAST_SECONDS = 0.05, 6.0
 are imported, in the steps."""
 GONE_SECONDS = 1.0
 PATIENCE = 20.0
+START_SECONDS = 120.0
+"""Until a busy machine has started the program; the attack begins after that."""
 KEPT_ON = {7, 25}
 """Line wrap and cursor: the modes that are on in a terminal."""
 HANGUP_IGNORED = ("/bin/sh", "-c", "trap '' HUP; exec \"$@\"", "sh")
@@ -53,7 +55,7 @@ def _command(folder: str) -> list[str]:
 
 def _attacked(terminal: Terminal, chance: np.random.Generator) -> None:
     """Wait for the first screen, and then for a random moment."""
-    terminal.wait_for(lambda _: bool(terminal.received))
+    terminal.wait_for(lambda _: bool(terminal.received), START_SECONDS)
     terminal.pump(chance.uniform(FIRST_SECONDS, LAST_SECONDS))
 
 

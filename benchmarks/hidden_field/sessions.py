@@ -9,14 +9,14 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.simulate.actions import Action, LieStill
+from imucal_wizard.simulate.actions import Action, LieStill, PlacePose
 from imucal_wizard.simulate.forward import TrueCircumstances
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.magnetometer import FIELD_RATE, TrueField
 from imucal_wizard.simulate.motion import Motion
 from imucal_wizard.simulate.noise import RandomStream, generator
 from imucal_wizard.simulate.samples import VirtualLoad
-from imucal_wizard.simulate.scripts import perform_circles, perform_poses, pose_names
+from imucal_wizard.simulate.scripts import perform_circles, pose_names
 from imucal_wizard.simulate.sensor import Thermal
 
 STILL = 0.01
@@ -91,7 +91,7 @@ class Session:
 def _script(plan: Plan, rng: np.random.Generator) -> Iterator[Action]:
     names = pose_names(plan.poses, rng)
     first = perform_circles(1.0) if plan.before else iter(())
-    poses = perform_poses(tuple(str(name) for name in names), plan.hold)
+    poses = (one for name in names for one in (PlacePose(name), LieStill(plan.hold)))
     return itertools.chain([LieStill(5.0)], first, poses, perform_circles(1.0))
 
 

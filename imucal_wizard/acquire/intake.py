@@ -87,6 +87,12 @@ class Intake:
         return self._rate > 0
 
     @property
+    def longest_pause(self) -> float:
+        """Seconds between pieces that may be fed as one; 0 if each one's arrival matters."""
+        has_time = self._assembler is not None and self._assembler.device is not None
+        return MAX_ARRIVAL_GAP_SECONDS if has_time else 0.0
+
+    @property
     def needs(self) -> tuple[str, ...]:
         """The unknown properties: ``columns``, ``accelerometer unit``, ``gyroscope unit``."""
         return () if self._found else self._search.needs
@@ -239,7 +245,7 @@ class Intake:
 
     def feed_all(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
         """Add several pieces, each with its arrival: the same samples as one by one, but faster."""
-        if self._assembler is not None and self._assembler.device is not None and pieces:
+        if self.longest_pause and pieces:
             datas, arrivals = zip(*pieces, strict=True)
             pauses = np.diff(np.array(arrivals), prepend=arrivals[0])
             if all(datas) and pauses.max() <= MAX_ARRIVAL_GAP_SECONDS:

@@ -40,6 +40,10 @@ STANDARD_OUT = "-"
 HELP_COLUMNS = 78
 """Width of the help, the default of ``argparse`` where there is no terminal."""
 GRADES = ("consumer", "industrial", "tactical")
+MAX_BAUD = 20_000_000
+"""Bits per second; no serial port is faster."""
+MIN_SPEED, MAX_SPEED = 0.001, 1000.0
+"""Speeds of the virtual IMU or of a recording, as a multiple of real time."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -147,7 +151,34 @@ def add_port(parser: "argparse._ActionsContainer", help_text: str) -> None:
     """
     parser.add_argument("--port", metavar="PORT_OR_URL", help=help_text)
     parser.add_argument(
-        "--baud", type=int, default=115200, metavar="N", help="speed of the port (default 115200)"
+        "--baud",
+        type=_baud,
+        default=115200,
+        metavar="N",
+        help="speed of the port (default %(default)s)",
+    )
+
+
+def _baud(text: str) -> int:
+    """The type of an option for the speed of a port, bits per second."""
+    if not text.isdecimal() or not 0 < int(text) <= MAX_BAUD:
+        raise argparse.ArgumentTypeError(f"{text!r} is no speed; give bits per second, like 115200")
+    return int(text)
+
+
+def add_speed(parser: "argparse._ActionsContainer", of: str) -> None:
+    """The option for the speed of what runs in the program.
+
+    Args:
+        parser: gets the option.
+        of: what it is the speed of.
+    """
+    parser.add_argument(
+        "--speed",
+        type=_between(MIN_SPEED, MAX_SPEED, f"a speed from {MIN_SPEED:g} to {MAX_SPEED:g}"),
+        default=1.0,
+        metavar="X",
+        help=f"{of}, this many times as fast (default 1)",
     )
 
 
@@ -180,7 +211,7 @@ def add_location(parser: "argparse._ActionsContainer") -> None:
 
 
 def gravity_given(arguments: argparse.Namespace) -> float | None:
-    """Local gravity by the options, m/s²; None where they do not say it.
+    """Local gravity by the options, m/s²; None if no option gives it.
 
     Raises:
         UsageError: it is given twice, or a height without a latitude.
@@ -195,7 +226,7 @@ def gravity_given(arguments: argparse.Namespace) -> float | None:
 
 
 def location_given(arguments: argparse.Namespace) -> Location | None:
-    """The place by the options; None where they do not give it.
+    """The place by the options; None if no option gives it.
 
     Raises:
         UsageError: a height without a latitude.
@@ -203,7 +234,7 @@ def location_given(arguments: argparse.Namespace) -> Location | None:
     if arguments.latitude is not None:
         return Location(arguments.latitude, arguments.height or 0.0)
     if arguments.height is not None:
-        raise UsageError("--height tells the gravity only together with --latitude")
+        raise UsageError("--height needs --latitude: gravity follows from both")
     return None
 
 
@@ -330,24 +361,26 @@ def add_sessions(parser: "argparse._ActionsContainer") -> None:
     """The option for the folder of sessions and of the history of devices."""
     parser.add_argument(
         "--sessions",
-        type=Path,
+        type=_folder,
         metavar="DIR",
         help="folder of the sessions and of the history of devices (default: this program's place "
         "in your data folder)",
     )
 
 
-def sessions_folder(arguments: argparse.Namespace) -> Path:
-    """The folder of the sessions: the given one, or the user's.
+def _folder(text: str) -> Path:
+    """The type of an option for a folder, which need not exist."""
+    path = Path(text)
+    if path.exists() and not path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text} is a file; give a folder")
+    return path
 
-    Raises:
-        UsageError: what was given is a file.
-    """
+
+def sessions_folder(arguments: argparse.Namespace) -> Path:
+    """The folder of the sessions: the given one, or the user's."""
     from imucal_wizard.sessions import default_directory
 
     given: Path | None = arguments.sessions
-    if given is not None and given.exists() and not given.is_dir():
-        raise UsageError(f"{given} is a file: --sessions takes a folder")
     return given or default_directory()
 
 

@@ -80,11 +80,9 @@ def _list(place: str | None) -> int:
 
 def _export(arguments: Namespace) -> int:
     from imucal_wizard import api
-    from imucal_wizard.report.calibrated_device import check_parameters
     from imucal_wizard.report.exports import export_document, path_beside, target_named
 
     calibration, target = api.load(arguments.file), target_named(arguments.to)
-    check_parameters(calibration)
     path = arguments.output or path_beside(arguments.file, target)
     if arguments.port and target.sent is None:
         raise UsageError(f"--port: {target.name} has no board that takes a calibration by its port")

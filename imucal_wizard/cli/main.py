@@ -12,7 +12,7 @@ from pkgutil import iter_modules
 
 from imucal_wizard.core.errors import ImucalError, UsageError
 from imucal_wizard.core.output import note, replace_unencodable_output, without_control_characters
-from imucal_wizard.run.faults import hide_tracebacks, tell_faults
+from imucal_wizard.run.faults import hide_tracebacks, print_faults
 
 OPTIONS = {
     "accelerometer_unit": "--accel-unit",
@@ -71,7 +71,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         status = _status(sys.argv[1:])
     finally:
-        tell_faults()
+        print_faults()
         gc.freeze()  # else Python would look for garbage among all it has loaded before it ends
     _end_at_once(status)
     return status
@@ -81,10 +81,10 @@ def _end_at_once(status: int) -> None:
     """End the process if nothing waits for its end; Python would first free all it has loaded.
 
     A second thread, a function registered for the end or an open database waits for it; so does
-    output that cannot be written, of which Python tells.
+    output that cannot be written, which Python reports.
     """
     waiting = threading.active_count() > 1 or "sqlite3" in sys.modules
-    if waiting or atexit._ncallbacks():  # nothing public tells
+    if waiting or atexit._ncallbacks():  # there is no public name for it
         return
     try:
         sys.stdout.flush()

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
     from imucal_wizard.estimate.noise_survey import NoiseResult, NoiseSurvey
 
 USAGE = (("noise FILE", "Allan deviation of a long recording at rest (or --port PORT)"),)
-TOLD_TAUS = (0.1, 1.0, 10.0, 100.0, 1000.0)
-"""τ, s, whose state a live measurement tells."""
-TOLD_EVERY_SECONDS = 10.0
+REPORTED_TAUS = (0.1, 1.0, 10.0, 100.0, 1000.0)
+"""τ, s, that the progress of a live measurement lists."""
+REPORT_SECONDS = 10.0
 """Between two lines of progress."""
-DRAWN_EVERY_SECONDS = 2.0
+DRAW_SECONDS = 2.0
 """Between two drawings of the plot."""
 REOPEN_SECONDS = 1.0
 
@@ -96,7 +96,7 @@ def _recorded(arguments: argparse.Namespace) -> "NoiseResult":
 
 
 def _live(arguments: argparse.Namespace) -> "NoiseResult":
-    """Measure until ``--seconds`` or ctrl+c, and tell how well each τ is known.
+    """Measure until ``--seconds`` or ctrl+c, and report how well each τ is known.
 
     Raises:
         LinkError: the port cannot be opened, or sends nothing that can be read.
@@ -112,9 +112,9 @@ def _live(arguments: argparse.Namespace) -> "NoiseResult":
     survey, transport = NoiseSurvey(), Transport(arguments.port, arguments.baud)
     transport.open()
     note(f"{transport.description}: leave the device at rest; ctrl+c ends the measurement")
-    began = told = time.monotonic()
+    began = reported = time.monotonic()
     with closing(transport), _screen() as screen, suppress(KeyboardInterrupt):
-        every = TOLD_EVERY_SECONDS if screen is None else DRAWN_EVERY_SECONDS
+        every = REPORT_SECONDS if screen is None else DRAW_SECONDS
         while arguments.seconds is None or survey.seconds < arguments.seconds:
             try:
                 piece = transport.read()
@@ -127,15 +127,15 @@ def _live(arguments: argparse.Namespace) -> "NoiseResult":
             readings = intake.feed(piece, time.monotonic()) if piece else None
             if readings is not None:
                 survey.feed(readings)
-            if time.monotonic() - told > every:
-                told = time.monotonic()
-                _tell(survey, intake.problem, intake.needs, told - began, screen)
+            if time.monotonic() - reported > every:
+                reported = time.monotonic()
+                _report(survey, intake.problem, intake.needs, reported - began, screen)
     return survey.result()
 
 
 @contextmanager
 def _screen() -> "Iterator[Live | None]":
-    """Where the plot is drawn anew below the lines; None where no terminal shows them."""
+    """Where the plot is drawn again below the lines; None without a terminal."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -146,7 +146,7 @@ def _screen() -> "Iterator[Live | None]":
         yield live
 
 
-def _tell(
+def _report(
     survey: "NoiseSurvey",
     problem: str,
     needs: Sequence[str],
@@ -163,7 +163,7 @@ def _tell(
     if problem or needs:
         settings = tuple(need.replace(" ", "_") for need in needs)
         raise LinkError(
-            problem or f"the stream does not state its {', '.join(needs)}", settings=(settings)
+            problem or f"the stream does not state its {', '.join(needs)}", settings=settings
         )
     if not survey.seconds:
         note(f"no data for {waited:.0f} s: is the device switched on and sending?")
@@ -174,14 +174,14 @@ def _tell(
         note(str(error))
         return
     if not sensors:
-        note(f"{survey.seconds:.0f} s: the first half minute tells what is usual")
+        note(f"{survey.seconds:.0f} s: the first half minute shows the usual noise")
         return
-    progress = progress_line(sensors, survey.seconds, TOLD_TAUS)
+    progress = progress_line(sensors, survey.seconds, REPORTED_TAUS)
     lines = [
         f"▲ the {name} shows motion: this part is left out"
         for name, one in sensors.items()
         for moved in one.disturbances[-1:]
-        if survey.seconds - moved.end < 4.0 * TOLD_EVERY_SECONDS
+        if survey.seconds - moved.end < 4.0 * REPORT_SECONDS
     ]
     if screen is None:
         note("\n".join([progress, *lines]))

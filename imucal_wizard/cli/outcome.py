@@ -1,6 +1,6 @@
 """What several commands do: read, fit, save, and answer in text and JSON.
 
-No command writes over a recording, or over a file of another kind unless it is told to.
+No command writes over a recording, nor over a file of another kind without ``--force``.
 """
 
 import argparse
@@ -177,11 +177,9 @@ def spare_others(arguments: argparse.Namespace) -> None:
     if getattr(arguments, "force", False):
         return
     if document not in (None, STANDARD_OUT) and begins_otherwise(Path(document), b"{"):
-        raise UsageError(f"{document} is there already and no JSON: give another name")
+        raise UsageError(f"{document} exists and is not JSON: give another name")
     if place is not None and begins_otherwise(place, b'"imucal-wizard/calibration/'):
-        raise UsageError(
-            f"{place} is there already and no calibration: give another name, or --force"
-        )
+        raise UsageError(f"{place} exists and is not a calibration: give another name, or --force")
 
 
 def _same(place: Path, file: Path) -> bool:

@@ -19,10 +19,10 @@ from imucal_wizard.cli.arguments import (
     add_recording_options,
     add_sensor,
     add_sessions,
+    add_speed,
     date_of,
     gravity_given,
     own_effects,
-    positive,
     recording_options,
     sessions_folder,
     table_options,
@@ -49,6 +49,7 @@ def parser() -> Parser:
     made.add_argument(
         "files",
         nargs="*",
+        default=[],
         type=Path,
         metavar="FILE",
         help="recording or session; without one the wizard opens and asks for the poses",
@@ -62,9 +63,7 @@ def parser() -> Parser:
         "--auto", action="store_true", help="the virtual IMU, moved by the virtual hand"
     )
     device.add_argument("--quit", action="store_true", help="leave once the verdict is known")
-    device.add_argument(
-        "--speed", type=positive, default=1.0, metavar="X", help="of the virtual IMU"
-    )
+    add_speed(device, "the virtual IMU")
     add_sensor(device)
     add_json(made)
     add_limits(made)
@@ -180,18 +179,14 @@ def _live(arguments: Namespace) -> int:
     if any(table_options(arguments)):
         raise UsageError("the wizard does not follow a rate table: give a recording of it")
     from imucal_wizard.estimate.table_steps import KnownRates
-    from imucal_wizard.report.calibrated_device import check_table, check_unedited
+    from imucal_wizard.report.calibrated_device import check_table
     from imucal_wizard.report.calibration_file import read_calibration
     from imucal_wizard.tui.options import WizardOptions
     from imucal_wizard.tui.run import run_wizard
 
     # before the terminal is taken over
-    own, calibration = (
-        tuple(own_effects(arguments.effects)),
-        read_calibration(arguments.calibration),
-    )
-    check_unedited(calibration, own)
-    check_table(calibration, KnownRates())
+    own = tuple(own_effects(arguments.effects))
+    check_table(read_calibration(arguments.calibration), KnownRates())
     return run_wizard(
         WizardOptions(
             port=arguments.port,

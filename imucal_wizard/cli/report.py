@@ -56,18 +56,16 @@ def run(argv: Sequence[str]) -> int:
     spare([one for one in (arguments.file, arguments.noise) if one], place, arguments.json)
     spare_others(arguments)
     where = location_given(arguments)
-    from imucal_wizard.report.calibrated_device import check_parameters
     from imucal_wizard.report.calibration_file import read_calibration
     from imucal_wizard.report.certificate import REPORT_MARK, certificate, report_document
     from imucal_wizard.report.noise_report import read_noise
 
     calibration = read_calibration(arguments.file)
-    check_parameters(calibration)
     if not calibration.sensors:
         raise UsageError(f"{arguments.file} holds no sensor: there is nothing to report")
     noise = None if arguments.noise is None else read_noise(arguments.noise)
     if begins_otherwise(place, REPORT_MARK):
-        raise UsageError(f"{place} is there already and no calibration report: give another name")
+        raise UsageError(f"{place} exists and is not a calibration report: give another name")
     text = certificate(
         calibration,
         arguments.file,
@@ -86,7 +84,7 @@ def run(argv: Sequence[str]) -> int:
 
 
 def _history(calibration: "Calibration", folder: Path) -> "DeviceHistory | None":
-    """What the user's folder of histories tells of the device."""
+    """The history of the device in the user's folder; None without one."""
     if not (calibration.serial or calibration.device_name):
         return None
     from imucal_wizard.report.device_history import history_of

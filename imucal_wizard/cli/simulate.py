@@ -115,7 +115,7 @@ def _spare_measured(out: Path) -> None:
         with suppress(OSError), out.open("rb") as file:
             start = file.read(len(FIRST_COMMENT))
         if start not in (b"", FIRST_COMMENT.encode()):
-            raise UsageError(f"{out} is there already and not simulated: give another name")
+            raise UsageError(f"{out} exists and is not a simulated recording: give another name")
 
 
 def _mystery(arguments: Namespace) -> int:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from types import FrameType
 from typing import TYPE_CHECKING
 
-from imucal_wizard.cli.arguments import Parser, add_sensor, positive
+from imucal_wizard.cli.arguments import Parser, add_sensor, add_speed, positive
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import note
 
@@ -40,15 +40,13 @@ def parser() -> Parser:
     made.add_argument(
         "--rate", type=positive, default=100.0, metavar="HZ", help="samples per second (100)"
     )
-    made.add_argument(
-        "--speed", type=positive, default=1.0, metavar="X", help="this many times as fast (1)"
-    )
+    add_speed(made, "the device")
     made.add_argument("--magnetometer", action="store_true", help="with a magnetometer")
     return made
 
 
 def run(argv: Sequence[str]) -> int:
-    """Serve the device until interrupted or told to quit."""
+    """Serve the device until it is interrupted or gets ``quit``."""
     arguments = parser().parse_args(argv)
     # Ctrl+C is the usual way to stop: it ends the command with 0 wherever the main thread is
     signal.signal(signal.SIGINT, _stop)

@@ -17,6 +17,7 @@ from imucal_wizard.cli.arguments import (
     add_recording_options,
     add_saving,
     add_sensor,
+    add_speed,
     check_exercise,
     gravity_given,
     kept_session,
@@ -82,13 +83,7 @@ def _add_source(source: "argparse._ArgumentGroup") -> None:
         metavar="SESSION",
         help="continue a session where it was left; with --port if the device has a new name",
     )
-    source.add_argument(
-        "--speed",
-        type=float,
-        default=1.0,
-        metavar="X",
-        help="let a recording, or the virtual IMU, run X times faster (default 1)",
-    )
+    add_speed(source, "a recording or the virtual IMU")
 
 
 def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:
@@ -152,7 +147,7 @@ def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that contradict one another.
 
     Raises:
-        UsageError: two sources, an option of another source, or a number out of its range.
+        UsageError: two sources, an option of another source, or an impossible number of rotations.
     """
     chosen = [name for name in ("port", "replay", "resume") if getattr(arguments, name)]
     elsewhere = chosen == ["port", "resume"]  # the device may have a new name
@@ -167,8 +162,6 @@ def _check(arguments: argparse.Namespace) -> None:
     check_exercise(arguments)
     spare([*arguments.replay, *filter(None, [arguments.resume])], arguments.save)
     spare_others(arguments)
-    if not 0.0 < arguments.speed <= 1000.0:
-        raise UsageError("--speed must lie above 0 and at most at 1000")
     if not 1 <= arguments.rotations <= 100:
         raise UsageError("--rotations must lie between 1 and 100 for each axis")
 

@@ -26,7 +26,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
-from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
+from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.rate_table import RateTableExperiment
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
@@ -108,6 +108,7 @@ class CalibratedSensor(ABC):
         entries: which of the twelve entries the covariance of a calibration file is of, in order.
         advice: what shows an axis.
         zeroes: devices zero the bias at their start.
+        own_frame: M is upper triangular.
     """
 
     calibration: Parameters
@@ -129,6 +130,7 @@ class CalibratedSensor(ABC):
     entries: tuple[int, ...] = tuple(range(ENTRIES))
     advice = ""
     zeroes = False
+    own_frame = True
 
     @abstractmethod
     def experiment(
@@ -154,14 +156,17 @@ class CalibratedSensor(ABC):
         """
 
     @property
-    @abstractmethod
     def angles(self) -> dict[int, str]:
         """Name of each entry of M that is an angle between axes."""
+        if self.own_frame:
+            return {ENTRY_OF[place]: name for place, name in ANGLES.items()}
+        nominal = nominal_of(self.calibration.matrix, self.unit != COUNT)
+        return {k: nominal.parameter(k) for k in range(9) if k not in nominal.scales}
 
-    @staticmethod
-    @abstractmethod
-    def named(matrix: FloatArray, bias: FloatArray, unit: str) -> dict[str, float]:
-        """The parameters that people speak of."""
+    def named(self, entries: FloatArray) -> dict[str, float]:
+        """The parameters that people speak of, by M's entries and b, shape (12,)."""
+        matrix, bias = entries[:9].reshape(3, 3), entries[9:]
+        return base_parameters(matrix, bias, self.unit, own_frame=self.own_frame)
 
     @abstractmethod
     def planned(
@@ -295,17 +300,6 @@ class CalibratedAccelerometer(CalibratedSensor):
         row = after @ self.vector_errors(gravity * after[None, :])[0]
         return row[None, :], np.array([(PLANNED_FORCE * gravity) ** 2])
 
-    @property
-    def angles(self) -> dict[int, str]:
-        """See ``CalibratedSensor``."""
-        return {ENTRY_OF[place]: name for place, name in ANGLES.items()}
-
-    @staticmethod
-    def named(matrix: FloatArray, bias: FloatArray, unit: str) -> dict[str, float]:
-        """See ``CalibratedSensor``."""
-        del unit
-        return triangular_parameters(matrix, bias)
-
     def experiment(
         self, measured: RecheckData, gravity: float, reference: GravityReference | None
     ) -> AccelerometerExperiment:
@@ -346,6 +340,7 @@ class CalibratedGyroscope(CalibratedSensor):
     limit_seconds = USUAL_ROTATION_SECONDS
     advice = "turn the device about that axis between two holds"
     zeroes = True
+    own_frame = False
 
     def error_rows(self, gravity: float) -> FloatArray:
         """See ``CalibratedSensor``."""
@@ -368,17 +363,6 @@ class CalibratedGyroscope(CalibratedSensor):
         row[BIAS] = 0.0  # the rests tell the bias far better
         variance = np.array([*np.full(3, PLANNED_RATE**2), PLANNED_CLOSURE**2])
         return np.vstack([rest, row]), variance
-
-    @property
-    def angles(self) -> dict[int, str]:
-        """See ``CalibratedSensor``."""
-        nominal = nominal_of(self.calibration.matrix, self.unit != COUNT)
-        return {k: nominal.parameter(k) for k in range(9) if k not in nominal.scales}
-
-    @staticmethod
-    def named(matrix: FloatArray, bias: FloatArray, unit: str) -> dict[str, float]:
-        """See ``CalibratedSensor``."""
-        return full_parameters(nominal_of(matrix, unit != COUNT).ordered(matrix), bias)
 
     def experiment(
         self, measured: RecheckData, gravity: float, reference: GravityReference | None
@@ -415,17 +399,7 @@ class TableGyroscope(CalibratedGyroscope):
     """One that a rate table alone has calibrated: M is upper triangular, its frame is its own."""
 
     advice = "let the table turn in both senses with each face and each edge along its axis"
-
-    @property
-    def angles(self) -> dict[int, str]:
-        """See ``CalibratedSensor``."""
-        return {ENTRY_OF[place]: name for place, name in ANGLES.items()}
-
-    @staticmethod
-    def named(matrix: FloatArray, bias: FloatArray, unit: str) -> dict[str, float]:
-        """See ``CalibratedSensor``."""
-        del unit
-        return triangular_parameters(matrix, bias)
+    own_frame = True
 
     def experiment(
         self, measured: RecheckData, gravity: float, reference: GravityReference | None

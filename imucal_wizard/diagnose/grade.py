@@ -14,7 +14,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS, FIELD_UNITS, RATE_UNITS, canonical_unit
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit
 
 Limits = Mapping[str, float]
 """The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
@@ -110,12 +110,7 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
-    words = quantity(limit, fit.unit, 2)
-    if error > limit:
-        return f"the error is above the limit of use, {words}"
-    if diagnosis.could_be is not None and diagnosis.could_be > limit:
-        return f"these data cannot exclude errors above the limit of use, {words}"
-    return ""
+    return beyond_limit(error, diagnosis.could_be, limit, fit.unit)
 
 
 def _no_fit(sensor: str, report: FitReport) -> str:

@@ -65,8 +65,8 @@ class LikelyExplanations:
         noises: as given.
         places: of the explanations among the hypotheses, noise alone first, shape (h,).
         rows: rows of each explanation, for each number q of patterns, shapes (g, q).
-        gains: what the squares of these bring, for each wander, shapes (g, q, spreads · sigmas).
-        priors: what each explanation has without them, for each wander, (h, 1, spreads · sigmas).
+        gains: what the squares of these bring, for each wander, shapes (g, spreads · sigmas, q).
+        priors: what each explanation has without them, for each wander, (h, spreads · sigmas, 1).
     """
 
     def __init__(
@@ -89,11 +89,12 @@ class LikelyExplanations:
         for wander, sigmas in noises:
             one = hypotheses.spectra[wander]
             gains = [0.5 * one.gain[rows][..., sigmas] for rows in self.rows]
-            self.gains.append([each.reshape(*each.shape[:2], -1).astype("f4") for each in gains])
+            gains = [np.swapaxes(each.reshape(*each.shape[:2], -1), 1, 2) for each in gains]
+            self.gains.append([np.ascontiguousarray(each, np.float32) for each in gains])
             lost = 0.5 * one.log_det[kept][..., sigmas]
             prior = hypotheses.log_prior[self.places] - math.log(lost.shape[1])
             lost = np.concatenate([np.zeros((1, *lost.shape[1:])), lost])
-            priors = (prior[:, None, None] - lost).reshape(len(prior), 1, -1)
+            priors = (prior[:, None, None] - lost).reshape(len(prior), -1, 1)
             self.priors.append(priors.astype("f4"))
 
 
@@ -109,7 +110,7 @@ class NoiseDraws:
         hypotheses: the explanations.
         variance: along each coordinate in each draw, shape (draws, m).
         coordinates: the draws, shape (draws, m).
-        along: the same along the rows of each spectrum, shape (draws, rows).
+        along: the same along the rows of each spectrum, shape (rows, draws).
         every: all explanations, and the σ that such noise seems to have.
     """
 
@@ -122,7 +123,8 @@ class NoiseDraws:
         self.variance = variances[np.random.default_rng(1).permutation(kind)]
         white = np.random.default_rng(0).standard_normal(self.variance.shape)
         self.coordinates = white * np.sqrt(self.variance)
-        self.along = [one.along(self.coordinates) for one in hypotheses.spectra]
+        along = [one.along(self.coordinates) for one in hypotheses.spectra]
+        self.along = [np.ascontiguousarray(one.T, np.float32) for one in along]
         alone = hypotheses.frame.log_noise(self.coordinates)
         likely = np.exp(alone - alone.max(axis=2, keepdims=True)).max(axis=0)
         noises = [(k, np.flatnonzero(own > MIN_SIGMA_SHARE)) for k, own in enumerate(likely)]
@@ -160,12 +162,12 @@ class EffectInDraws:
     def __init__(self, draws: NoiseDraws, pattern: FloatArray, family: str) -> None:
         self._draws, self._pattern = draws, pattern
         known = draws.hypotheses
-        self._along = [one.along(pattern[None])[0] for one in known.spectra]
+        self._along = [one.along(pattern[None])[0].astype("f4") for one in known.spectra]
         # the noise along the pattern is averaged over, and therefore taken out of the draws
         weighted = pattern / draws.variance
         self._own = (weighted * draws.coordinates).sum(axis=1) / (weighted @ pattern)
         self._of_family = np.array([family in one.families for one in known.single])
-        self._known, self._used = draws.every, np.arange(DRAWS)
+        self._known, self._used = draws.every, slice(None)
 
     def size_meeting(
         self, rule: Callable[[Weighed], FloatArray], wanted: float, first: float
@@ -200,7 +202,7 @@ class EffectInDraws:
 
     def _keep_what_matters(self, size: float) -> None:
         """Leave out what is improbable at about this size."""
-        found = self._weighed(size, np.arange(0, DRAWS, DRAWS // PILOTS))
+        found = self._weighed(size, slice(None, None, DRAWS // PILOTS))
         # the family itself is asked about, however improbable it is
         of_family = self._of_family[self._known.places[1:]]
         shares = np.where(of_family, 1.0, found.single[1:].mean(axis=1))
@@ -211,39 +213,44 @@ class EffectInDraws:
         self._known = LikelyExplanations(self._draws.hypotheses, kept, noises)
         each = sum(prior.size for prior in self._known.priors)
         step = int(np.clip(np.ceil(DRAWS * each / MAX_WEIGHTS), 1, DRAWS // MIN_DRAWS))
-        self._used = np.arange(0, DRAWS, step)
+        self._used = slice(None, None, step)
 
-    def _weighed(self, size: float, places: NDArray[np.intp]) -> Weighed:
+    def _weighed(self, size: float, places: slice) -> Weighed:
         """Weigh what is kept in some of the draws, with an effect of this size."""
         draws, known = self._draws, self._known
-        times = (size - self._own[places])[:, None]
-        coordinates = draws.coordinates[places] + times * self._pattern
+        times = size - self._own[places]
+        coordinates = draws.coordinates[places] + times[:, None] * self._pattern
         alone = draws.hypotheses.frame.log_noise(coordinates)
         alone -= alone.max(axis=(1, 2), keepdims=True)
-        weights, squares = [], []
+        weights, squares, times = [], [], times.astype("f4")
         for (wander, sigmas), gains, prior in zip(
             known.noises, known.gains, known.priors, strict=True
         ):
-            rows = (draws.along[wander][places] + times * self._along[wander]).T.astype("f4") ** 2
-            each = [np.swapaxes(rows[own], 1, 2) for own in known.rows]
-            nothing = np.zeros((1, len(places)), np.float32)
-            squares.append(np.concatenate([nothing, *(own.sum(axis=2) for own in each)]))
-            gained = [own @ gain for own, gain in zip(each, gains, strict=True)]
-            weight = np.concatenate([np.zeros((1, *gained[0].shape[1:]), np.float32), *gained])
-            quiet = alone[:, wander, sigmas].astype("f4")
-            weight += prior + np.tile(quiet, prior.shape[2] // len(sigmas))
-            weights.append(weight)
-        highest = np.max([weight.max(axis=0).max(axis=1) for weight in weights], axis=0)
+            along, added = draws.along[wander][:, places], self._along[wander]
+            each = [(along[own] + added[own][..., None] * times) ** 2 for own in known.rows]
+            nothing = np.zeros((1, len(times)), np.float32)
+            squares.append(np.concatenate([nothing, *(own.sum(axis=1) for own in each)]))
+            weight = np.empty((len(prior), prior.shape[1], len(times)), np.float32)
+            weight[0], end = 0.0, 1
+            for own, gain in zip(each, gains, strict=True):
+                start, end = end, end + len(own)
+                # a product of matrices is slow where there is nothing to add up
+                product = np.multiply if own.shape[1] == 1 else np.matmul
+                product(gain, own, out=weight[start:end])
+            weight += prior
+            quiet = alone[:, wander, sigmas].T.astype("f4")
+            of_spreads = weight.reshape(len(prior), -1, *quiet.shape)
+            of_spreads += quiet
+            weights.append(of_spreads)
+        highest = np.max([each.max(axis=(0, 1)).max(axis=0) for each in weights], axis=0)
         single = np.zeros(squares[0].shape)
         sigma, taken, noise = single.copy(), single.copy(), np.zeros_like(alone)
-        for weight, (wander, sigmas) in zip(weights, known.noises, strict=True):
-            weight -= highest[:, None]
-            np.exp(weight, out=weight)
-            spreads = weight.shape[2] // len(sigmas)
-            by_sigma = weight @ np.tile(np.eye(len(sigmas), dtype="f4"), (spreads, 1))
-            single += by_sigma.sum(axis=2)
-            sigma += by_sigma @ SIGMAS[sigmas]
-            noise[:, wander, sigmas] = by_sigma.sum(axis=0)
+        for each_weight, (wander, sigmas) in zip(weights, known.noises, strict=True):
+            each_weight -= highest
+            by_sigma = np.exp(each_weight, out=each_weight).sum(axis=1)
+            single += by_sigma.sum(axis=1)
+            sigma += SIGMAS[sigmas].astype("f4") @ by_sigma
+            noise[:, wander, sigmas] = by_sigma.sum(axis=0).T
         total = single.sum(axis=0)
         noise /= total[:, None, None]
         for (wander, _), each_squares in zip(known.noises, squares, strict=True):

@@ -315,12 +315,8 @@ def _blind(
 def _moved(change: Change) -> tuple[MovedParameter, ...]:
     """Parameters that have changed by more than an unchanged sensor does, the surest first."""
     experiment, known = change.found.experiment, change.known
-
-    def named(entries: FloatArray) -> dict[str, float]:
-        return known.named(entries[:9].reshape(3, 3), entries[9:], known.unit)
-
-    before = named(known.calibration.entries)
-    args = named, change.found.calibration.entries
+    before = known.named(known.calibration.entries)
+    args = known.named, change.found.calibration.entries
     moved = with_errors(*args, change.covariance, experiment.unit_of, ())
     usual = with_errors(*args, change.power.usual, experiment.unit_of, ())
     found = []
@@ -340,7 +336,7 @@ def _moved(change: Change) -> tuple[MovedParameter, ...]:
 def _most(change: Change, moved: Sequence[MovedParameter]) -> str:
     """What has moved, in words."""
     known = change.known
-    every = known.named(known.calibration.matrix, known.calibration.bias, known.unit)
+    every = known.named(known.calibration.entries)
     if len(moved) > MANY_MOVED * len(every):
         return "; nearly every parameter has moved: is this the device that was calibrated?"
     return f"; {moved[0].parameter} has moved" if moved else ""

@@ -18,6 +18,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.result import Parameter, SensorFit
+from imucal_wizard.model.nominal_gains import nominal_of
 
 
 def triangular_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
@@ -61,6 +62,25 @@ def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
             if i != j:
                 values[f"cross_{row}{column}"] = float(matrix[i, j] / matrix[j, j])
     return values
+
+
+def base_parameters(
+    matrix: FloatArray, bias: FloatArray, unit: str, *, own_frame: bool
+) -> dict[str, float]:
+    """The parameters of an accelerometer or gyroscope.
+
+    Args:
+        matrix: M, shape (3, 3); upper triangular in the sensor's own frame.
+        bias: shape (3,).
+        unit: of the readings.
+        own_frame: whether the frame is the sensor's own.
+
+    Raises:
+        DataError: a scale is zero.
+    """
+    if own_frame:
+        return triangular_parameters(matrix, bias)
+    return full_parameters(nominal_of(matrix, unit != COUNT).ordered(matrix), bias)
 
 
 def unit_of(name: str, unit: str, of: str) -> str:

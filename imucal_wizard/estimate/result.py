@@ -107,6 +107,23 @@ def worse_than_none(
     )
 
 
+def beyond_limit(error: float, could_be: float | None, limit: float, unit: str) -> str:
+    """Why the errors of a calibration are not within the limit of use; "" if they are.
+
+    Args:
+        error: on data held out; on the data fitted where none could be held out.
+        could_be: error by effects that the data do not show, or None.
+        limit: of use.
+        unit: of the three.
+    """
+    words = quantity(limit, unit, 2)
+    if error > limit:
+        return f"the error is above the limit of use, {words}"
+    if could_be is not None and could_be > limit:
+        return f"these data cannot exclude errors above the limit of use, {words}"
+    return ""
+
+
 @dataclass(frozen=True, eq=False)
 class SensorFit:
     """The calibration of one sensor: ``corrected = matrix · (reading − bias)``.

@@ -22,13 +22,13 @@ class StillRun:
 
     Attributes:
         kept: the hold made from it, once it was long enough.
-        told: the steps that have received it; each receives it once.
+        received: the steps that have received it; each receives it once.
         used: it no longer counts for a step; the device must move before the next hold.
         complete: the kept hold no longer grows.
     """
 
     kept: KeptHold | None = None
-    told: set[StepKind] = field(default_factory=set)
+    received: set[StepKind] = field(default_factory=set)
     used: bool = False
     complete: bool = False
 

@@ -1,10 +1,10 @@
-"""Which rotation tells the fit most, from what the rotations so far have told.
+"""The rotation that improves the fit most, given the rotations so far.
 
 The rows are those of the fit: the closure of each rotation against gravity, differentiated by the
 matrix, the bias, and the effects that depend on the rate. The rotations so far narrow the prior of
 these parameters; the next rotation is the one whose closure narrows the posterior most (the largest
 growth of the logarithm of the information's determinant). A second rotation that repeats the first
-tells little, so sense, speed and angle change by themselves.
+adds little information, so sense, speed and angle change by themselves.
 """
 
 import itertools
@@ -75,7 +75,7 @@ class PlannedRotation:
 def next_rotation(
     done: Sequence[PlannedRotation], axis: str, tilt: float, range_deg: float | None = None
 ) -> PlannedRotation:
-    """The rotation about an axis that tells most.
+    """The rotation about an axis that adds most information.
 
     Args:
         done: the rotations so far, about any axis.
@@ -103,7 +103,7 @@ def _alike(rate: float, other: float) -> bool:
 
 
 def neediest_axis(done: Sequence[PlannedRotation], axes: Sequence[str]) -> str:
-    """The axis whose best rotation from the start pose tells most; of similar ones the first."""
+    """The axis whose best rotation from the start pose adds most; of similar ones the first."""
     gains = _gains(done, [next_rotation(done, axis, 0.0) for axis in axes])
     return axes[int(np.flatnonzero(gains >= SIMILAR_AXIS_SHARE * gains.max())[0])]
 

@@ -156,7 +156,7 @@ class RotationStatus:
         wanted: number of rotations needed about this axis.
         senses: rotations in both senses have been taken.
         speeds: number of different speeds taken (slow, medium, fast).
-        wanted_angle: signed angle of the rotation that tells the fit most, degrees.
+        wanted_angle: signed angle of the rotation that improves the fit most, degrees.
         wanted_rate: its peak rate, °/s.
         range_known: whether ``range_limit`` is the gyroscope's own.
         clips: the present rotation nearly reaches ``range_limit``.

@@ -258,14 +258,14 @@ class StateMachine:
     def _take_hold(self, block: Block) -> None:
         """Keep a hold that is long enough, and pass it to the step once."""
         context, run = self.context, self.context.run
-        if not self.asking or run.used or self.step in run.told:
+        if not self.asking or run.used or self.step in run.received:
             return
         if self.capture.counted < self.stage.seconds - TIME_TOLERANCE:
             return
         if run.kept is not None:
             self.capture.finish()
             context.motion = None
-            self._tell(run.kept)
+            self._pass_on(run.kept)
             return
         hold = self.capture.hold()
         # a slow motion has calm moments, which are shorter than the rest that the step asks for
@@ -275,7 +275,7 @@ class StateMachine:
             return
         if context.watch.tighten(self.stage.seconds):
             context.emit(EventKind.WARNING, "Calm again: the limits are back to normal.")
-        self._tell(self.capture.keep(hold, self.step))
+        self._pass_on(self.capture.keep(hold, self.step))
         frozen = frozen_axis(block.window, self.settle.noise, context.resolution.steps[0])
         if frozen:
             context.emit(EventKind.WARNING, frozen)
@@ -286,11 +286,11 @@ class StateMachine:
         run = self.context.run
         kept = self.capture.keep(hold, self.step)
         run.complete = run.used = True
-        self._tell(kept)
+        self._pass_on(kept)
 
-    def _tell(self, kept: KeptHold) -> None:
+    def _pass_on(self, kept: KeptHold) -> None:
         """Pass a hold to the current step."""
-        self.context.run.told.add(self.step)
+        self.context.run.received.add(self.step)
         self.stage.completed(kept)
         self.capture.rest_in(kept)
         self.context.watch.rest()
@@ -300,7 +300,7 @@ class StateMachine:
     def _be_patient(self, block: Block) -> None:
         """Count the time without a hold; offer alternatives."""
         context, watch, settling = self.context, self.context.watch, self.step is StepKind.SETTLE
-        content = context.still and (context.run.used or self.step in context.run.told)
+        content = context.still and (context.run.used or self.step in context.run.received)
         if not self.asking or content:
             watch.rest()
             return

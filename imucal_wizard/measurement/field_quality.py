@@ -15,6 +15,7 @@ from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Seri
 from imucal_wizard.core.statistics import (
     SIGMA_PER_MEDIAN,
     median,
+    median_of_rows,
     robust_deviation,
     sample_quantile,
 )
@@ -128,7 +129,8 @@ def _without_spikes(readings: FloatArray) -> FloatArray:
     """
     stretch = np.arange(len(readings)) // SAMPLES_PER_STRETCH
     readings = readings[stretch % max(1, len(readings) // MAX_SPIKE_SAMPLES) == 0]
-    middle = np.median(np.lib.stride_tricks.sliding_window_view(readings, 5, axis=0), axis=-1)
+    last = len(readings) - 4
+    middle = median_of_rows(np.stack([readings[place : last + place] for place in range(5)]))
     off = np.linalg.norm(readings[4:-4] - middle[2:-2], axis=1)
     apart = np.linalg.norm(middle[4:] - middle[:-4], axis=1)
     # a fast rotation deviates as well, but its neighbours differ

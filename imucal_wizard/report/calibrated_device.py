@@ -7,14 +7,12 @@ from datetime import datetime
 import numpy as np
 
 from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
-from imucal_wizard.core.errors import DataError, RecordingError, UsageError
+from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.diagnose.calibrated_sensor import (
     CALIBRATED_SENSORS,
     CalibratedSensor,
@@ -56,14 +54,8 @@ from imucal_wizard.run.snapshot import StreamStatus
 ENOUGH_HOLDS = 8
 LEAST_GAIN = 0.05
 """After so many holds a pose that shows so little more (1 is one change) is not asked for."""
-SAME_PARAMETER = 1e-6
-"""Relative difference between a parameter in the list and the one that the matrix has, beyond which
-a file was edited: it is written with all digits."""
 TYPICAL_SHARE = 0.1
 """Standard error of a calibration that states none, over the changes that a recheck looks for."""
-PROVEN = 1.5
-"""Error of a calibration on its own holds over the one that it states, beyond which the file
-was edited; usually the two differ by some per cent."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +89,6 @@ class CalibratedDevice:
         settings: of the user.
 
     Raises:
-        RecordingError: the file was edited by hand so that it contradicts itself.
         UsageError: its gyroscope needs a rate table, or cannot be checked on one.
 
     Attributes:
@@ -106,7 +97,6 @@ class CalibratedDevice:
     """
 
     def __init__(self, calibration: Calibration, settings: RecheckSettings) -> None:
-        check_unedited(calibration, settings.own)
         check_table(calibration, settings.table)
         self.calibration, self.settings = calibration, settings
         self.warnings: list[str] = []
@@ -403,54 +393,6 @@ def check_table(calibration: Calibration, table: KnownRates) -> None:
             "a rate table alone has calibrated this gyroscope, and gravity does not show its "
             "scale: record it on the table, and state the rates or angles",
             settings=("rates",),
-        )
-
-
-_EDITED = "the calibration was edited by hand or is damaged"
-_BETTER = "take the file as it was saved"
-
-
-def check_parameters(calibration: Calibration) -> None:
-    """Refuse a file whose parameters contradict its matrices.
-
-    Raises:
-        RecordingError: a parameter is not that of matrix and bias.
-    """
-    for name, kind in _kinds(calibration).items():
-        sensor = calibration[name]
-        told = kind.named(np.array(sensor.matrix), np.array(sensor.bias), sensor.bias_unit)
-        for parameter, value in told.items():
-            listed = sensor.parameters.get(parameter)
-            scale = max(abs(value), 1e-3)
-            if listed is not None and not abs(listed.value - value) <= SAME_PARAMETER * scale:
-                raise RecordingError(
-                    f"{_EDITED}: the {name}'s {parameter} is "
-                    f"{number(listed.value, 6)} in the list and {number(value, 6)} by its matrix "
-                    f"and bias; {_BETTER}"
-                )
-
-
-def check_unedited(calibration: Calibration, own: Sequence[Effect] = ()) -> None:
-    """Refuse a file whose numbers contradict one another.
-
-    Args:
-        calibration: what the file says.
-        own: the user's own effects that it may have.
-
-    Raises:
-        RecordingError: a parameter is not that of matrix and bias, or the calibration does not
-            leave the error on its own holds that it states.
-    """
-    check_parameters(calibration)
-    felt = calibration.sensors.get(ACCELEROMETER)
-    if felt is None or not calibration.hold_means:
-        return
-    true = felt.apply(calibration.means(), calibration.circumstances(), own)
-    error = root_mean_square(np.linalg.norm(true, axis=1) - calibration.gravity.value)
-    if error > PROVEN * felt.rms_fitted:
-        raise RecordingError(
-            f"{_EDITED}: its error on the holds in the file is {quantity(error, felt.unit)} "
-            f"instead of {quantity(felt.rms_fitted, felt.unit)}; {_BETTER}"
         )
 
 

@@ -28,6 +28,7 @@ from imucal_wizard.report.measured import (
     TableMeans,
     wrong_measurements,
 )
+from imucal_wizard.report.proof import contradiction
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 
@@ -468,7 +469,8 @@ def read_calibration(path: Path) -> Calibration:
     """Read a calibration back.
 
     Raises:
-        RecordingError: the file is missing, is no calibration, or of another version.
+        RecordingError: the file is missing, is no calibration, of another version, or contradicts
+            itself.
     """
     data = read_document(path)
     try:
@@ -488,12 +490,14 @@ def read_calibration(path: Path) -> Calibration:
     for name, sensor in found.sensors.items():
         wrong = _wrong(sensor)
         if wrong:
-            raise RecordingError(f"{path} is damaged or was edited: the {name}'s {wrong}")
+            raise RecordingError(f"{path} is damaged or was edited by hand: the {name}'s {wrong}")
     wrong = wrong_measurements(
         found.hold_means, found.rotation_increments, found.field_means, found.table_means
-    )
+    ) or contradiction(found)
     if wrong:
-        raise RecordingError(f"{path} is damaged or was edited: {wrong}")
+        raise RecordingError(
+            f"{path} is damaged or was edited by hand: {wrong}; take the file as it was saved"
+        )
     return found
 
 

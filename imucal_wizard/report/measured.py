@@ -123,8 +123,8 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         """Mean reading of the gyroscope over each interval, shape (k, 3)."""
         return np.asarray(np.array(self.gyroscope) / np.diff(self.edges)[:, None])
 
-    def rotation(self, rates: FloatArray) -> FloatArray:
-        """Attitude at the end from that at the beginning, body to body, shape (3, 3).
+    def attitudes(self, rates: FloatArray) -> FloatArray:
+        """Attitude at each edge from that at the beginning, body to body, shape (k + 1, 3, 3).
 
         Args:
             rates: corrected mean rate over each interval, rad/s, shape (k, 3).
@@ -267,7 +267,7 @@ def wrong_measurements(
 
 
 def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
-    """Rotation by mean rates over intervals, shape (3, 3); see the module.
+    """Rotation up to each edge by mean rates over intervals, shape (k + 1, 3, 3); see the module.
 
     Args:
         edges: ends of the intervals, s, shape (k + 1,).
@@ -276,10 +276,10 @@ def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
     length, middle = np.diff(edges)[:, None], 0.5 * (edges[1:] + edges[:-1])
     slope = np.zeros_like(rates) if len(rates) < 2 else np.gradient(rates, middle, axis=0)
     steps = rates * length + length**3 / 12.0 * np.cross(rates, slope)
-    out = np.eye(3)
+    out = [np.eye(3)]
     for step in np.moveaxis(matrices(quaternions(steps.T)), 2, 0):
-        out = out @ step
-    return out
+        out.append(out[-1] @ step)
+    return np.array(out)
 
 
 def hold_means(report: FitReport) -> list[HoldMeans]:
@@ -349,7 +349,7 @@ def increments_of(
         rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
         edges, parts = time[rows], np.diff(whole[rows], axis=0)
         rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
-        away = true.T @ reintegrated(edges, rates)
+        away = true.T @ reintegrated(edges, rates)[-1]
         # sine of the angle times the axis
         off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
         if off < MAX_INCREMENT_ERROR:

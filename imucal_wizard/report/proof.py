@@ -5,20 +5,42 @@ between carried and measured gravity over the rotations (that of each step, wher
 calibrated it), of the magnetometer that of the field's
 magnitude. A correction is any function of readings, so that the one of another program is judged as
 the calibration itself is.
+
+``contradiction`` compares what a file states several times: parameters and matrices, errors and
+measurements, figures and grades.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.estimate.gauge import symmetric
+from imucal_wizard.estimate.parameters import base_parameters
+from imucal_wizard.estimate.result import beyond_limit
 from imucal_wizard.model.effect import DATA_SHEET_UNIT, Circumstances
-from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.measured import RotationIncrements
 
+if TYPE_CHECKING:  # that module asks for contradictions
+    from imucal_wizard.report.calibration_file import Calibration, SavedRung, Sensor
+
+ERROR_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad"}
+"""Of an error that the readings in a file give; methods of the papers may have another one."""
+SAME_FIGURE = 1e-6
+"""Relative difference up to which two figures are the same: they are written with all digits."""
+SAME_ERROR = 0.05
+"""The same of an error and the one that the readings in the file give: usually 0.3 % at most, since
+a rotation is kept as increments."""
+SAME_ANGLE = 1e-4
+"""What these increments may change in the error of a gyroscope besides, rad: 0.003° where the
+effects of force are large."""
 SI_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"}
 """Of the readings of a sensor that does not send counts."""
 
@@ -42,7 +64,7 @@ Correction = Callable[[Samples], FloatArray]
 """Readings to corrected ones: m/s², rad/s, µT; shape (n, 3)."""
 
 
-def own(calibration: Calibration) -> dict[str, Correction]:
+def own(calibration: "Calibration") -> dict[str, Correction]:
     """The corrections of the calibration itself."""
     return {
         name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where)  # type: ignore[misc] # a default binds the sensor of this turn
@@ -50,7 +72,7 @@ def own(calibration: Calibration) -> dict[str, Correction]:
     }
 
 
-def nominal(calibration: Calibration) -> dict[str, Correction]:
+def nominal(calibration: "Calibration") -> dict[str, Correction]:
     """Readings as they are, of sensors that do not send counts."""
     return {
         name: lambda samples: samples.reading
@@ -66,7 +88,7 @@ class Proof:
         calibration: with its measurements.
     """
 
-    def __init__(self, calibration: Calibration) -> None:
+    def __init__(self, calibration: "Calibration") -> None:
         self._calibration, self._own = calibration, own(calibration)
         self._samples: dict[str, Samples] = {}
         if calibration.hold_means and "accelerometer" in calibration.sensors:
@@ -136,7 +158,7 @@ class Proof:
         each = zip(self._rotations, np.split(rates, ends), strict=True)
         return np.array(
             [
-                np.linalg.norm(one.rotation(own).T @ up[one.before] - up[one.after])
+                np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
                 for one, own in each
             ]
         )
@@ -151,18 +173,14 @@ class Proof:
         for one in self._rotations:
             y = one.readings()
             rate, edges = (y - bias) @ matrix.T, np.array(one.edges)
-            for row in range(len(y)):
-                half = 0.5 * rate[row] * (edges[row + 1] - edges[row])
-                inner = RotationIncrements(0, 0, edges[: row + 1].tolist(), one.gyroscope[:row])
-                turned = inner.rotation(rate[:row]) if row else np.eye(3)
-                carried = turned.T @ self._up[one.before]
-                force.append(carried - np.cross(half, carried))
+            carried = self._up[one.before] @ one.attitudes(rate)[:-1]
+            force.append(carried - np.cross(0.5 * rate * np.diff(edges)[:, None], carried))
             reading.append(y)
             time += (0.5 * (edges[1:] + edges[:-1]) - origin).tolist()
             warm = [holds[k].temperature for k in (one.before, one.after)]
             known = [value for value in warm if value is not None]
             temperature += [np.mean(known) if known else np.nan] * len(y)
-        forces, count = calibration.gravity.value * np.array(force), len(time)
+        forces, count = calibration.gravity.value * np.concatenate(force), len(time)
         nothing = np.zeros((count, 3))
         where = Circumstances(
             force=forces,
@@ -239,3 +257,114 @@ def _unit(vectors: FloatArray) -> FloatArray:
 
 def _or_nan(value: float | None) -> float:
     return np.nan if value is None else value
+
+
+def contradiction(calibration: "Calibration") -> str:
+    """What of a calibration contradicts the rest of it, in words; "" if nothing does."""
+    first = calibration.sensors.get("accelerometer")
+    settled = first is not None or "accelerometer" not in calibration.ladders
+    # a method of the papers has no interval; the ladder is that of the default methods
+    settled = settled and (first is None or first.held_out_interval is not None)
+    try:
+        for name, sensor in calibration.sensors.items():
+            ladder = calibration.ladders.get(name, []) if settled else []
+            for text in _contradictions(name, sensor, ladder):
+                return f"the {name}'s {text}"
+        return _unproven(calibration)
+    except (DataError, np.linalg.LinAlgError) as error:
+        return f"its numbers are none of a calibration ({error})"
+
+
+def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") -> Iterator[str]:
+    """What of a sensor contradicts the rest of it, without the readings."""
+    told = sensor.parameters
+    for parameter, value in _by_matrices(sensor).items():
+        listed = told.get(parameter)
+        if listed is not None and not _same(listed.value, value, at_least=1e-3):
+            yield (
+                f"{parameter} is {number(listed.value, 6)} in the list and {number(value, 6)} by "
+                "its matrix, bias and effects"
+            )
+    joint = sensor.parameter_covariance
+    for place, (parameter, one) in enumerate(told.items()):
+        if joint is None or one.standard_error is None:
+            continue
+        error = math.sqrt(max(joint[place][place], 0.0))
+        if not _same(one.standard_error, error):
+            yield (
+                f"{parameter} has the standard error {number(one.standard_error, 6)} in the list "
+                f"and {number(error, 6)} by its covariance"
+            )
+    for rung in ladder if sensor.held_out_interval is not None else ():
+        for kind in ("rms_fitted", "rms_held_out", "floor"):
+            here, there = getattr(sensor, kind), getattr(rung, kind)
+            if rung.model == sensor.model and None not in (here, there) and not _same(here, there):
+                words = quantity(here, sensor.unit, 6), quantity(there, sensor.unit, 6)
+                yield f"{kind} is {words[0]}, and {words[1]} among the models compared"
+    yield from _wrong_grade(name, sensor)
+
+
+def _wrong_grade(name: str, sensor: "Sensor") -> Iterator[str]:
+    """That the grade is not the one of the figures beside it."""
+    worse = bool(sensor.unusable(name))
+    if sensor.usable is worse:
+        words = "usable" if sensor.usable else "not usable"
+        yield f"errors contradict that it is {words}"
+    if sensor.grade is None or sensor.limit is None:
+        return
+    beyond = beyond_limit(sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit)
+    complete = sensor.verdict == "complete"
+    why = "it is worse than no calibration" if worse else beyond
+    if not (why or complete):
+        why = f"the verdict is {sensor.verdict}"
+    if sensor.grade == "good" and why:
+        yield f"grade is good, but {why}"
+    if (sensor.grade == "not-usable") is not worse:
+        yield f"grade is {sensor.grade}, which its errors contradict"
+    whole = {"bias", "scale", "non-orthogonality"} <= set(
+        sensor.model
+    ) or "soft-iron" in sensor.model
+    if sensor.grade == "doubtful" and whole and not why:
+        yield "grade is doubtful, but its verdict and its errors are those of a good one"
+
+
+def _by_matrices(sensor: "Sensor") -> dict[str, float]:
+    """The parameters that matrix, bias and effects give."""
+    matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
+    if "soft_iron_xx" in sensor.parameters:
+        soft = symmetric(matrix)[1]
+        # of an unknown field the parameters have its size, and the matrix has determinant 1
+        size = float(np.cbrt(np.linalg.det(soft))) if "field" in sensor.parameters else 1.0
+        found = {f"bias_{axis}": float(bias[i]) for i, axis in enumerate("xyz")}
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            found[f"soft_iron_{'xyz'[i]}{'xyz'[j]}"] = float(soft[i, j]) / size
+    else:
+        own_frame = sensor.frame == "own"
+        found = base_parameters(matrix, bias, sensor.bias_unit, own_frame=own_frame)
+    for one in sensor.effects:
+        pairs = zip(one.parameters, one.sizes, strict=True)
+        found |= {f"{one.term}_{parameter}": size for parameter, size in pairs}
+    return found
+
+
+def _same(here: float, there: float, at_least: float = 0.0) -> bool:
+    return abs(here - there) <= SAME_FIGURE * max(abs(there), at_least)
+
+
+def _unproven(calibration: "Calibration") -> str:
+    """That a sensor does not leave the error on its own readings that the file states."""
+    try:
+        errors = Proof(calibration).errors(own(calibration), frame=False)
+    except UsageError:  # an effect of the user's own is in no file
+        return ""
+    rounding = SAME_FIGURE * calibration.gravity.value
+    for name, slack in (("accelerometer", rounding), ("gyroscope", SAME_ANGLE)):
+        if name not in errors or calibration[name].unit != ERROR_UNITS[name]:
+            continue
+        error, unit, stated = errors[name], calibration[name].unit, calibration[name].rms_fitted
+        if abs(error - stated) > SAME_ERROR * stated + slack:
+            return (
+                f"the {name}'s error on the measurements in the file is {quantity(error, unit)} "
+                f"instead of {quantity(stated, unit)}"
+            )
+    return ""

@@ -14,7 +14,7 @@ EVENTS_KEPT = 50
 
 @dataclass(frozen=True)
 class _Decision:
-    """Events and the status after them, to be told once so many writes are committed."""
+    """Events and the status after them, to be announced once so many writes are committed."""
 
     writes: int
     events: tuple[Event, ...]
@@ -27,23 +27,23 @@ class Announcements:
     Until then the screen keeps the status before; traces, attitude and stream continue.
 
     Attributes:
-        events: the newest events told, oldest first.
-        count: number of events told.
+        events: the newest announced events, oldest first.
+        count: number of announced events.
     """
 
     def __init__(self) -> None:
         self.events: deque[Event] = deque(maxlen=EVENTS_KEPT)
         self.count = 0
         self._waiting: deque[_Decision] = deque()
-        self._told = Status()
+        self._announced = Status()
 
     def __getstate__(self) -> dict[str, Any]:
-        """The same with everything told; for a checkpoint, before which all of it is written."""
+        """The state for a checkpoint: all of it is written before, so everything is announced."""
         events = [event for one in self._waiting for event in one.events]
-        told = deque([*self.events, *events], EVENTS_KEPT)
+        announced = deque([*self.events, *events], EVENTS_KEPT)
         return {
             **vars(self),
-            "events": told,
+            "events": announced,
             "count": self.count + len(events),
             "_waiting": deque(),
         }
@@ -51,7 +51,7 @@ class Announcements:
     def decided(
         self, journal: Journal, events: Sequence[Event], status: Callable[[], Status]
     ) -> None:
-        """Tell a decision once everything that was passed to the journal is committed.
+        """Announce a decision once everything that was passed to the journal is committed.
 
         Args:
             journal: of the session.
@@ -62,27 +62,27 @@ class Announcements:
         if self._waiting or journal.written < journal.passed:
             self._waiting.append(_Decision(journal.passed, tuple(events), status()))
         else:
-            self._tell(events)
+            self._announce(events)
 
     def confirm(self, journal: Journal) -> bool:
-        """Tell what the journal has committed; whether there is anything."""
+        """Announce what the journal has committed; whether there is anything."""
         before = len(self._waiting)
         while self._waiting and self._waiting[0].writes <= journal.written:
             decision = self._waiting.popleft()
-            self._tell(decision.events)
-            self._told = decision.status
+            self._announce(decision.events)
+            self._announced = decision.status
         return len(self._waiting) < before
 
-    def _tell(self, events: Sequence[Event]) -> None:
+    def _announce(self, events: Sequence[Event]) -> None:
         self.events.extend(events)
         self.count += len(events)
 
     def status(self, present: Callable[[], Status]) -> Status:
-        """The newest status that may be told.
+        """The newest status that may be announced.
 
         Args:
-            present: makes the present one, which is told if nothing is held back.
+            present: makes the present one, which is announced if nothing is held back.
         """
         if not self._waiting:
-            self._told = present()
-        return self._told
+            self._announced = present()
+        return self._announced

@@ -77,7 +77,7 @@ _AT_EASE = (StepKind.SOURCE, StepKind.RESULT, StepKind.SAVE)
 
 
 class Notifications:
-    """Notifications besides the procedure's events, each once."""
+    """Notifications that are not events of the procedure, each once."""
 
     def __init__(self) -> None:
         self._warned: set[str] = set()
@@ -87,7 +87,7 @@ class Notifications:
         """The new notifications.
 
         Args:
-            step: the step at work.
+            step: the present step.
             warnings: all warnings of the intake so far.
             stalled: the reason why no samples arrive, or "".
         """

@@ -50,7 +50,7 @@ class Engine:
     """A stream and its procedure.
 
     Before the first sample, rate and units are unknown and there is no procedure; commands wait for
-    it. ``status``, ``step`` and ``collected`` are what is decided; a snapshot tells only what is on
+    it. ``status``, ``step`` and ``collected`` are what is decided; a snapshot shows only what is on
     the disk. Methods that write raise ``SessionError`` once the disk has failed.
 
     Args:
@@ -280,7 +280,7 @@ class Engine:
         self.emit(EventKind.WARNING, text)
 
     def continue_in(self, journal: Journal) -> None:
-        """Write to a journal from here on; what has been replayed is on the disk and is told."""
+        """Write to a journal from here on; what was replayed is on the disk and is announced."""
         self.journal = journal
         self._announcements.status(self.status)
 
@@ -289,7 +289,7 @@ class Engine:
             self._decided(events)
 
     def _decided(self, events: Sequence[Event]) -> None:
-        """Write what was decided, and tell it once it is on the disk."""
+        """Write what was decided, and announce it once it is on the disk."""
         quiet = bool(events) and all(event.kind in _QUIET_EVENTS for event in events)
         self.journal.decided(events, None if quiet else self.collected, str(self.step))
         self._announcements.decided(self.journal, events, self.status)
@@ -318,13 +318,13 @@ class Engine:
 
     def snapshot(self) -> Snapshot:
         """A frozen snapshot; the same object again if nothing has changed."""
-        told = self._announcements
-        if told.confirm(self.journal):
+        announced = self._announcements
+        if announced.confirm(self.journal):
             self._view.changed()
         return self._view.snapshot(
             self._stream_status,
-            lambda: told.status(self.status),
-            (tuple(told.events), told.count),
+            lambda: announced.status(self.status),
+            (tuple(announced.events), announced.count),
             self.finished,
         )
 

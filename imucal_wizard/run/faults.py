@@ -1,7 +1,7 @@
-"""Unexpected errors: a report is written to a file, and one line tells the user where it is.
+"""Unexpected errors: a report is written to a file, and one line says where it is.
 
 A report holds versions, options, the last events and the place in the program; no reading, no
-result and no key of a class is in it, so that it can be given away.
+result and no key of a class is in it, so that it can be shared.
 """
 
 import re
@@ -28,7 +28,7 @@ _LIBRARIES = ("numpy", "scipy", "textual", "rich", "serial", "msgspec", "sqlite3
 _events: deque[tuple[float, str]] = deque(maxlen=MAX_EVENTS)
 _secret: list[str] = []
 """Options whose values are not reported."""
-_untold: list[str] = []
+_unprinted: list[str] = []
 """Lines about faults in threads, which are printed when the screen is closed."""
 
 
@@ -85,11 +85,11 @@ def report_text(error: BaseException) -> str:
 def fault_text(error: BaseException, path: Path | None) -> str:
     """One line for the user: the fault and what to do next."""
     where = str(path) if path is not None else "the steps that led to it"
-    return f"imucal-wizard has a fault ({_told(error)}). Please report it with {where}"
+    return f"imucal-wizard has a fault ({_described(error)}). Please report it with {where}"
 
 
 def hide_tracebacks(secret: Sequence[str] = ()) -> None:
-    """Write the faults of all threads to files from now on, and tell the user in one line.
+    """Write the faults of all threads to files from now on, and one line for the user.
 
     Args:
         secret: options whose values no report has; a user may shorten them.
@@ -99,10 +99,10 @@ def hide_tracebacks(secret: Sequence[str] = ()) -> None:
     threading.excepthook = _unforeseen_in_thread
 
 
-def tell_faults() -> None:
+def print_faults() -> None:
     """Print the lines about faults in threads, once."""
-    while _untold:
-        note(_untold.pop(0))
+    while _unprinted:
+        note(_unprinted.pop(0))
 
 
 def _library_versions() -> list[str]:
@@ -117,13 +117,13 @@ def _library_versions() -> list[str]:
 
 def _options(arguments: list[str]) -> list[str]:
     """The command line without secrets."""
-    told, hide = [], False
+    shown, hide = [], False
     for one in arguments:
         option, equals, _ = one.partition("=")
         secret = len(option) > len("--") and any(name.startswith(option) for name in _secret)
-        told.append("…" if hide else f"{option}=…" if secret and equals else one)
+        shown.append("…" if hide else f"{option}=…" if secret and equals else one)
         hide = secret and not equals
-    return told
+    return shown
 
 
 def _traceback(error: BaseException) -> list[str]:
@@ -134,14 +134,14 @@ def _traceback(error: BaseException) -> list[str]:
     found: BaseException | None = error
     while found is not None:
         frames = traceback.format_tb(found.__traceback__)
-        lines = [*(line.rstrip("\n") for line in frames), _told(found), *lines]
+        lines = [*(line.rstrip("\n") for line in frames), _described(found), *lines]
         earlier = found.__cause__ or (None if found.__suppress_context__ else found.__context__)
         lines = ["led to:", *lines] if earlier is not None else lines
         found = earlier
     return lines
 
 
-def _told(error: BaseException) -> str:
+def _described(error: BaseException) -> str:
     """Kind and message of an error, without readings."""
     message = " ".join(str(error).split())[:MAX_MESSAGE]
     return f"{type(error).__name__}: {_NUMBER.sub('#', message)}".rstrip(": ")
@@ -154,6 +154,6 @@ def _unforeseen(
 
 
 def _unforeseen_in_thread(fault: threading.ExceptHookArgs) -> None:
-    """Write the report; the thread's owner tells on the screen that the thread has stopped."""
+    """Write the report; the owner of the thread shows on the screen that it has stopped."""
     if fault.exc_value is not None:
-        _untold.append(fault_text(fault.exc_value, write_report(fault.exc_value)))
+        _unprinted.append(fault_text(fault.exc_value, write_report(fault.exc_value)))

@@ -26,7 +26,7 @@ COMMIT_SECONDS = 0.5
 MAX_WAITING_BYTES = 1 << 26
 """Received bytes that wait for the disk at most; a disk that is slower than that has failed."""
 MAX_DELAY_SECONDS = 2.0
-"""Seconds that the disk may need before the operator is told what the screen waits for."""
+"""Seconds that the disk may need before the screen says that it waits for the disk."""
 
 MAX_CLOSE_SECONDS = 10.0
 """Seconds that the end of the program waits for the disk."""

@@ -53,7 +53,7 @@ class SessionReplay:
         self.session = session
         self._known = known
         self._share = 0.0
-        self._told = False
+        self._damage_noted = False
         self.about: dict[str, Any] = session.meta()
         try:
             self._setup = StreamSetup.from_json(self.about["asked"])
@@ -102,8 +102,8 @@ class SessionReplay:
 
     def replay_step(self, engine: Engine, step: RawPieces | Command) -> None:
         """Replay one piece of data or one command."""
-        if self.session.damage and not self._told:
-            self._told = True
+        if self.session.damage and not self._damage_noted:
+            self._damage_noted = True
             engine.note(self.session.damage)
         if isinstance(step, tuple):
             engine.receive_all(step)

@@ -93,13 +93,6 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
     return order + order[:REPEATED_POSES] if poses.endswith("repeats") else order
 
 
-def perform_poses(names: tuple[str, ...], hold: float) -> Iterator[Action]:
-    """Place each pose and hold it for ``hold`` seconds."""
-    for name in names:
-        yield PlacePose(name)
-        yield LieStill(hold)
-
-
 def perform_rotations(number: int, hold: float) -> Iterator[Action]:
     """``number`` rotations about each body axis between holds: both senses, three speeds."""
     for axis in AXES:

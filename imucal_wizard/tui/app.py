@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
-from threading import RLock
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, cast
 
 from rich.text import Text
@@ -28,7 +27,7 @@ from imucal_wizard.tui.screens.source import SourceScreen
 from imucal_wizard.tui.services import Saved, Services
 from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.sources import SourceChoice
-from imucal_wizard.tui.state import WizardState
+from imucal_wizard.tui.state import BuiltModels, WizardState
 from imucal_wizard.tui.threads import in_thread
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
@@ -79,8 +78,8 @@ class BaseApp(App[Saved]):
         super().__init__()
         self._unfinished = 0
         self._writing = asyncio.Lock()
-        self.bench_lock = RLock()
-        """Held by a thread that reads or changes the bench."""
+        self.models = BuiltModels()
+        """The models of the bench."""
         self.attended = True
         """Somebody answers questions."""
         self.unkept: PlaceError | None = None
@@ -128,7 +127,7 @@ class BaseApp(App[Saved]):
 
     def unsaved_model(self) -> str:
         """The models that were built and are in no file, in words; "" if there are none."""
-        raise NotImplementedError
+        return self.models.unsaved
 
     def write_model(self, place: Path | None) -> Saved:
         """Write the present models to a file. Slow: called in a thread.
@@ -144,23 +143,7 @@ class BaseApp(App[Saved]):
     def wrote(self, _saved: Saved) -> None:
         """Note that the models are in a file."""
         self.unkept = None
-
-    def keep_model(self) -> str:
-        """Keep the present models until a file has them. Slow: called in a thread.
-
-        Returns:
-            Why they cannot be kept, or "".
-        """
-        raise NotImplementedError
-
-    def give_up_model(self) -> None:
-        """Keep the models no longer that no file has."""
-        raise NotImplementedError
-
-    @property
-    def restored(self) -> str:
-        """The models that an earlier run has kept, in words; "" for none."""
-        raise NotImplementedError
+        self.models.saved()
 
     def leave(self) -> None:
         """End the app without a question."""
@@ -168,7 +151,7 @@ class BaseApp(App[Saved]):
 
     @contextmanager
     def unfinished(self) -> Iterator[None]:
-        """While a model is fitted or written; whoever leaves meanwhile leaves when it is done."""
+        """While a model is fitted or written: leaving waits until it is done."""
         done = False
         self._unfinished += 1
         try:
@@ -224,7 +207,7 @@ class BaseApp(App[Saved]):
             other = Path(typed).expanduser()
             if not other.exists():
                 return other
-            problem = f"{other} is there already; give another name"
+            problem = f"{other} exists already; give another name"
         return None
 
     async def action_quit(self) -> None:
@@ -251,7 +234,7 @@ class BaseApp(App[Saved]):
     def _answered(self, answer: str | None) -> None:
         """Carry out the answer to a question about leaving."""
         if answer == "give up":
-            self.give_up_model()
+            self.models.give_up()
             self.leave()
         elif answer == "leave":
             self.leave()
@@ -308,7 +291,7 @@ class WizardApp(BaseApp):
         self.attended = not settings.quit_after
         sounds = Sounds(self.bell, self.set_timer, time.monotonic, muted=settings.muted)
         self.state = WizardState(services, settings, choice, sounds)
-        self.bench_lock = self.state.bench_lock
+        self.models = self.state.models
         self._shown: tuple[object, int] = (None, -1)
         self._ended_in: tuple[object, str] = (None, "")
         self._loaded = asyncio.Event()
@@ -340,20 +323,7 @@ class WizardApp(BaseApp):
 
     def unsaved_model(self) -> str:
         """What the bench has added and no file has, or a calibration that could not be written."""
-        return self.state.built or ("the calibration" if self.unkept else "")
-
-    def keep_model(self) -> str:
-        """Keep the bench's models beside the sessions."""
-        return self.state.keep_model()
-
-    def give_up_model(self) -> None:
-        """Keep the bench's models no longer."""
-        self.state.give_up_model()
-
-    @property
-    def restored(self) -> str:
-        """What an earlier run has built for this session."""
-        return self.state.restored
+        return super().unsaved_model() or ("the calibration" if self.unkept else "")
 
     def write_model(self, place: Path | None) -> Saved:
         """Write the calibration with the bench's effects."""

@@ -140,7 +140,7 @@ class TerminalDriver(LinuxDriver):
         self._app.refresh(layout=True)
 
     def _watch(self) -> None:
-        """The thread: tell the program when its terminal is gone."""
+        """The thread: send a hang-up to the program when its terminal is gone."""
         poll = select.poll()
         poll.register(self.fileno, 0)  # only errors and the hang-up
         thread = self._key_thread

@@ -20,7 +20,6 @@ if TYPE_CHECKING:  # numpy waits until after the first paint
     from imucal_wizard.diagnose.benches import Benches
     from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.estimate.result import FitReport
-    from imucal_wizard.sessions.bench_draft import BenchDraft
 
 _ENDING = ("SIGINT", "SIGTERM", "SIGQUIT", "SIGHUP")
 """Signals that end the app; not every system has all of them."""
@@ -41,8 +40,9 @@ def run_wizard(options: WizardOptions) -> int:
     """
     _check(options)
     services = WizardServices(options)
-    settings = AppSettings(options.auto, options.quit, options.muted)
-    settings = replace(settings, predict=options.mystery is not None)
+    settings = AppSettings(
+        options.auto, options.quit, options.muted, predict=options.mystery is not None
+    )
     if options.auto or options.quit:
         settings = replace(settings, countdown=AUTO_COUNTDOWN)
     app = WizardApp(services, settings, first_choice(options))
@@ -55,7 +55,7 @@ def run_wizard(options: WizardOptions) -> int:
         say(f"▲ the end of the session is {state.unwritten}")
     if state.failure is not None and app.unkept is None:
         if sources.session is not None and sources.session.exists():
-            _tell_session(sources.session, None)
+            _print_session(sources.session, None)
         raise state.failure
     if saved is not None:
         say("\n".join(saved.says))
@@ -65,7 +65,7 @@ def run_wizard(options: WizardOptions) -> int:
         if app.unkept is not None and state.result is not None:
             _print_calibration(state.result, state.diagnoses)
         if sources.session is not None and sources.session.exists():
-            _tell_session(sources.session, app.unkept if state.result is not None else None)
+            _print_session(sources.session, app.unkept if state.result is not None else None)
     if sources.sealed is not None:
         say(f"answer (not secret: this computer knows it): {sources.sealed}")
         reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
@@ -85,8 +85,8 @@ def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
     say("▲ no file has this calibration")
 
 
-def _tell_session(session: Path, unkept: PlaceError | None) -> None:
-    """Tell where the session is, and what to type next.
+def _print_session(session: Path, unkept: PlaceError | None) -> None:
+    """Print where the session is, and what to type next.
 
     Args:
         session: its file.
@@ -120,7 +120,7 @@ def _run(app: BaseApp) -> Saved | None:
 
 
 def _status(app: BaseApp) -> int:
-    """The exit status of an app, which tells a signal that ended it."""
+    """The exit status of an app; 128 and the number of the signal that ended it."""
     if app.ended_by:
         model = app.unsaved_model()  # nobody could be asked
         kept = "; the bench of the same data has it again" if model else ""
@@ -155,8 +155,6 @@ def _check(options: WizardOptions) -> None:
             raise RecordingError(f"there is no file {path}; check the path")
     if options.resume is not None and not options.resume.is_file():
         raise SessionError(f"there is no session {options.resume}; check the path")
-    if not 0 < options.baud <= 20_000_000:
-        raise UsageError(f"--baud {options.baud} is no speed; give bits per second, like 115200")
     _check_stream(options)
     if options.hidden:
         from imucal_wizard.simulate.hidden import parse_hidden
@@ -204,12 +202,8 @@ class BenchApp(BaseApp):
         self._make = make
         self._save = save
         self._wanted = wanted
-        self._benches: Benches | None = None
         self._saved: Saved | None = None
-        self._written: dict[str, tuple[str, ...]] = {}
         self._recorded = recorded
-        self._draft: BenchDraft | None = None
-        self._restored = ""
 
     def on_mount(self) -> None:
         """Open it."""
@@ -218,39 +212,17 @@ class BenchApp(BaseApp):
         self.push_screen(BenchScreen(self._made, alone=True))
 
     def _made(self) -> "Benches":
-        """The benches; models that are there from the beginning can be had again."""
+        """The benches; the models that they begin with need no file."""
         from imucal_wizard.sessions.bench_draft import BenchDraft
 
         benches = self._make()
-        self._written = benches.models
-        self._draft = BenchDraft(self._recorded)
-        self._restored = self._draft.restore(benches)
-        self._benches = benches
+        self.models.open(benches, lambda: BenchDraft(self._recorded), benches.models)
         return benches
-
-    @property
-    def restored(self) -> str:
-        """What an earlier run has built for this recording."""
-        return self._restored
-
-    def keep_model(self) -> str:
-        """Keep the models beside the sessions."""
-        self._restored = ""
-        if self._benches is None or self._draft is None:
-            return ""
-        return self._draft.write(self._benches, self._written)
-
-    def give_up_model(self) -> None:
-        """Keep the models no longer."""
-        if self._draft is not None:
-            self._draft.remove()
 
     def unsaved_model(self) -> str:
         """The models that were changed since the file was written, or since the beginning."""
-        if self._benches is None:
-            return ""
-        changed = "; ".join(self._benches.changed(self._written))
-        if self._wanted and self._saved is None:
+        changed = super().unsaved_model()
+        if self._wanted and self._saved is None and self.models.benches is not None:
             return changed or "the one that was fitted"
         return changed
 
@@ -262,9 +234,6 @@ class BenchApp(BaseApp):
         """Note the file."""
         super().wrote(saved)
         self._saved = saved
-        self.give_up_model()
-        if self._benches is not None:
-            self._written = self._benches.models
 
     def leave(self) -> None:
         """End the app."""

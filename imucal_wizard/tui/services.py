@@ -151,7 +151,7 @@ class Services(Protocol):
         """The verdict on what was collected; it is kept in the device's history. Runs in a thread.
 
         Raises:
-            ImucalError: the calibration or the stream does not serve.
+            ImucalError: the calibration or the stream cannot be used.
         """
 
     def session_elsewhere(self) -> Path | None:
@@ -197,11 +197,10 @@ class WizardServices:
         """Fit what was collected.
 
         Raises:
-            DataError: the holds do not carry a calibration.
+            DataError: the holds do not determine a calibration.
         """
         from imucal_wizard.estimate.recording import FitOptions
         from imucal_wizard.run.review import fit_stream
-        from imucal_wizard.sessions.stored_readings import session_readings
 
         wanted = self._options
         options = FitOptions(
@@ -212,8 +211,7 @@ class WizardServices:
             wanted.field,
         )
         self._format = snapshot.stream.format
-        kept = self.sources.session or self.sources.watched
-        self._readings = self.sources.played or session_readings(kept, collected.holds)
+        self._readings = self._read(collected)
         return fit_stream(collected, snapshot.stream, options, self._readings)
 
     def compare(
@@ -243,10 +241,20 @@ class WizardServices:
         return BenchDraft(self._measured)
 
     @property
+    def _session_file(self) -> Path | None:
+        """The session that is written or played; None for a recording."""
+        return self.sources.session or self.sources.watched
+
+    def _read(self, collected: "Collected") -> "Readings | None":
+        """The samples of what was collected; None where only its means are kept."""
+        from imucal_wizard.sessions.stored_readings import session_readings
+
+        return self.sources.played or session_readings(self._session_file, collected.holds)
+
+    @property
     def _measured(self) -> list[Path]:
         """The session, or the recordings that are replayed."""
-        kept = self.sources.session or self.sources.watched
-        return list(self._options.replay) if kept is None else [kept]
+        return list(self._options.replay) if self._session_file is None else [self._session_file]
 
     def diagnose(self, benches: "Benches") -> "Mapping[str, Diagnosis]":
         """The diagnosis of each sensor."""
@@ -276,8 +284,7 @@ class WizardServices:
         diagnoses = {} if benches is None else self.diagnose(benches)
         made = from_report(report, self.sources.title, iso_now())
         made = judged(made, report, diagnoses, self._options.limits)
-        kept = self.sources.session or self.sources.watched
-        info = None if kept is None else session_info(kept)
+        info = None if self._session_file is None else session_info(self._session_file)
         made = described(
             made,
             self.sources.description,
@@ -293,7 +300,7 @@ class WizardServices:
         path, history = self._written(made, place or self._options.save)
         without = f" without the {' and the '.join(left_out)}" if left_out else ""
         said = summary(report, diagnoses, self._options.limits)
-        measured = kept or (self._options.replay[0] if self._options.replay else None)
+        measured = next(iter(self._measured), None)
         last = last_line(self.grades(report, diagnoses), report, path, measured)
         undone = [self.sources.undone] if self.sources.undone else []
         return Saved(path, (said, *undone, f"saved: {path}{without}", *history, last), report)
@@ -330,10 +337,8 @@ class WizardServices:
 
     def calibrations(self) -> list[SourceChoice]:
         """The newest calibration of each device, to check it against."""
-        from imucal_wizard.sessions.catalogue import Catalogue
-
         found = []
-        with Catalogue(self.sources.directory()) as catalogue:
+        with self._catalogue() as catalogue:
             for device in catalogue.devices():
                 past = catalogue.history(device.name).calibrations
                 if past:
@@ -355,15 +360,14 @@ class WizardServices:
         from imucal_wizard.report.calibrated_device import recheck_collected
         from imucal_wizard.report.recheck_text import kept_recheck, recheck_document, recheck_text
         from imucal_wizard.sessions.session_list import session_info
-        from imucal_wizard.sessions.stored_readings import session_readings
 
         known, path = self.sources.known, self.sources.recheck
         if known is None or path is None:
             raise UsageError("there is no calibration to check the device against")
-        kept = self.sources.session or self.sources.watched
-        readings = self.sources.played or session_readings(kept, collected.holds)
-        seconds = snapshot.status.elapsed
-        found = recheck_collected(known, collected, snapshot.stream, seconds, readings)
+        found = recheck_collected(
+            known, collected, snapshot.stream, snapshot.status.elapsed, self._read(collected)
+        )
+        kept = self._session_file
         document = recheck_document(found, path.name, None if kept is None else session_info(kept))
         if self._options.document is not None:
             write_atomically(Path(self._options.document), encode_json(document))
@@ -437,7 +441,7 @@ class WizardServices:
 
 
 def _fingerprint(recorded: Sequence[Path]) -> str | None:
-    """Of what was measured; None where it cannot be read at present."""
+    """Fingerprint of what was measured; None if it cannot be read at present."""
     from imucal_wizard.acquire.files.session_salvage import fingerprint
 
     try:
@@ -463,15 +467,15 @@ def last_line(
         path: the saved calibration.
         measured: the session or recording for the bench; None to propose an export.
     """
-    told = []
+    states = []
     for name, one in grades.items():
         terms = report.sensors[name].terms if name in report.sensors else ()
         beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
-        told.append(f"{name} {one.grade.word}{beyond}")
+        states.append(f"{name} {one.grade.word}{beyond}")
     following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
     if measured is not None and any(one.grade != "good" for one in grades.values()):
         following = f"imucal-wizard bench {shlex.quote(str(measured))}"
-    return f"{'; '.join(told) or 'saved without a verdict'}. Next: {following}"
+    return f"{'; '.join(states) or 'saved without a verdict'}. Next: {following}"
 
 
 def _kept(session: "SessionInfo") -> SourceChoice:

@@ -203,7 +203,7 @@ class SourceOpener:
         return known
 
     def _planner_of(self, about: Mapping[str, Any]) -> "Planner | None":
-        """What chooses the poses of an earlier session, if that is a recheck.
+        """The planner of an earlier session, if that is a recheck; else None.
 
         Raises:
             ImucalError: its calibration or its settings cannot be read.
@@ -266,7 +266,7 @@ class SourceOpener:
         )
 
     def _link(self, port: str, baud: int) -> "Link":
-        """A port, or a flight controller, of which the bare sensor is read.
+        """A port, or a flight controller whose uncorrected sensor is read.
 
         Raises:
             LinkError: there is no flight controller, or it is armed.
@@ -285,11 +285,11 @@ class SourceOpener:
         return vehicle
 
     def _propose(self, device: Description) -> None:
-        """What is known of the device counts where the user states nothing."""
+        """Describe the device by what is known of it, unless the user states otherwise."""
         self.description = self._options.description.over(device)
 
     def _device_at(self, port: str) -> Description:
-        """The device by VID:PID and serial number of its port, with the name that it got before."""
+        """The device by VID:PID and serial number of its port, with its name if it has one."""
         from imucal_wizard.acquire.ports import list_ports, same_device
         from imucal_wizard.sessions.catalogue import Catalogue
 

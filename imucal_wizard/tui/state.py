@@ -14,7 +14,7 @@ from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.sources import Hand, SampleSource, SourceChoice
 
 if TYPE_CHECKING:  # numpy waits until after the first paint
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from imucal_wizard.diagnose.benches import Benches
@@ -33,6 +33,72 @@ _FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 """Steps in which the data of the fit do not change."""
 
 
+class BuiltModels:
+    """The benches of one source, and the models built on them until a file has these models.
+
+    Attributes:
+        benches: the benches as they were left; None before they were opened.
+        restored: the models that an earlier run has built, in words; "" for none.
+        lock: held by a thread that reads or changes the benches: they open once the diagnosis is
+            done, and the diagnosis waits for a term that is being added.
+    """
+
+    def __init__(self) -> None:
+        self.lock = RLock()
+        self.forget()
+
+    def forget(self) -> None:
+        """Begin again, for another source."""
+        self.benches: Benches | None = None
+        self.restored = ""
+        self._in_file: Mapping[str, tuple[str, ...]] = {}
+        self._draft: BenchDraft | None = None
+
+    def open(
+        self,
+        benches: "Benches",
+        draft: "Callable[[], BenchDraft] | None",
+        in_file: "Mapping[str, tuple[str, ...]] | None" = None,
+    ) -> None:
+        """Take the newest benches; the first ones get the models that an earlier run has built.
+
+        Args:
+            benches: the benches.
+            draft: where models are kept that no file has; None to keep none.
+            in_file: the models that need no file, by sensor; None for the base models.
+        """
+        if self._draft is None and draft is not None:
+            self._in_file, self._draft = in_file or {}, draft()
+            self.restored = self._draft.restore(benches)
+        self.benches = benches
+
+    def keep(self) -> str:
+        """Keep the models until a file has them. Slow: call it in a thread.
+
+        Returns:
+            Why they cannot be kept, or "".
+        """
+        self.restored = ""
+        if self.benches is None or self._draft is None:
+            return ""
+        return self._draft.write(self.benches, self._in_file)
+
+    def give_up(self) -> None:
+        """Keep the models no longer."""
+        if self._draft is not None:
+            self._draft.remove()
+
+    def saved(self) -> None:
+        """Note that a file has the models."""
+        self._in_file = {} if self.benches is None else self.benches.models
+        self.give_up()
+
+    @property
+    def unsaved(self) -> str:
+        """The models that no file has, in words; "" if there are none."""
+        return "" if self.benches is None else "; ".join(self.benches.changed(self._in_file))
+
+
 class WizardState:
     """The app owns it; screens read the attributes and change them only by the methods.
 
@@ -48,15 +114,12 @@ class WizardState:
         report: the newest fit without effects, or None while the data change.
         result: the same with the effects that the bench has added.
         diagnoses: of each sensor of the newest fit; empty until they are known.
-        benches: the bench as it was left; None before it was opened.
-        restored: the models that an earlier run has built, in words; "" for none.
+        models: the bench as it was left, and the models that no file has.
         sensor: the sensor whose bench was open last.
         resume_bench: the bench has requested data and opens again after the next fit.
         saved: the saved calibration, or None.
         failure: why an unattended run could not go on, or None.
         unwritten: why the end of the session is not on disk, or "".
-        bench_lock: held by a thread that reads or changes the bench; the bench opens once the
-            diagnosis is done, and the diagnosis waits for a term that is being added.
     """
 
     def __init__(
@@ -71,8 +134,7 @@ class WizardState:
         self.report: FitReport | None = None
         self.result: FitReport | None = None
         self.diagnoses: Mapping[str, Diagnosis] = {}
-        self.benches: Benches | None = None
-        self.restored = ""
+        self.models = BuiltModels()
         self.sensor = ""
         self.resume_bench = False
         self.saved: Saved | None = None
@@ -80,10 +142,6 @@ class WizardState:
         self.unwritten = ""
         self._rescued = False
         self._heard = 0
-        self._written: Mapping[str, tuple[str, ...]] = {}
-        """The bench's model of each sensor, as the saved file has it."""
-        self._draft: BenchDraft | None = None
-        self.bench_lock = RLock()
 
     @property
     def hand(self) -> Hand | None:
@@ -106,8 +164,8 @@ class WizardState:
         self.drop()
         remember(f"source {type(source).__name__}")
         self.source, self.snapshot, self._heard = source, None, 0
-        self.benches, self.resume_bench, self._written = None, False, {}
-        self._draft, self.restored = None, ""
+        self.resume_bench = False
+        self.models.forget()
         source.start()
 
     def drop(self) -> None:
@@ -163,15 +221,15 @@ class WizardState:
     def judge(self) -> "tuple[FitReport, Mapping[str, Diagnosis]]":
         """The fit with the bench's effects, and the diagnoses. Slow: call it in a thread.
 
-        An exercise has no diagnoses: a verdict would tell the answer.
+        An exercise has no diagnoses: a verdict would give the answer away.
 
         Raises:
             DataError: the data determine no model.
         """
         benches = self.bench()
-        with self.bench_lock:
-            told = {} if self.settings.predict else self.services.diagnose(benches)
-            return benches.fitted(), told
+        with self.models.lock:
+            predict = self.settings.predict
+            return benches.fitted(), {} if predict else self.services.diagnose(benches)
 
     def judged(self, result: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
         """Take the fit with the bench's effects, and the diagnoses."""
@@ -183,6 +241,12 @@ class WizardState:
         if self.result is None or not self.diagnoses:
             return {}
         return self.services.grades(self.result, self.diagnoses)
+
+    @property
+    def good(self) -> bool | None:
+        """Whether every sensor is good; None while there is no verdict."""
+        grades = self.grades.values()
+        return all(one.grade == "good" for one in grades) if grades else None
 
     def compare(self) -> "Sequence[MethodRow]":
         """Fit the measurements by every method. Slow: call it in a thread.
@@ -201,30 +265,13 @@ class WizardState:
             DataError: the data determine no model.
         """
         assert self.report is not None, "the bench is offered after the fit"  # noqa: S101 (narrows the type)
-        with self.bench_lock:
-            if self.benches is None or self.benches.report is not self.report:
-                benches = self.services.benches(self.report, self.benches)
-                if self._draft is None and not self.settings.quit_after:
-                    self._draft = self.services.draft()
-                    self.restored = self._draft.restore(benches)
-                self.benches = benches
-            return self.benches
-
-    def keep_model(self) -> str:
-        """Keep the bench's models until a file has them. Slow: call it in a thread.
-
-        Returns:
-            Why they cannot be kept, or "".
-        """
-        self.restored = ""
-        if self.benches is None or self._draft is None:
-            return ""
-        return self._draft.write(self.benches, self._written)
-
-    def give_up_model(self) -> None:
-        """Keep the bench's models no longer."""
-        if self._draft is not None:
-            self._draft.remove()
+        models, draft = self.models, None if self.settings.quit_after else self.services.draft
+        with models.lock:
+            benches = models.benches
+            if benches is None or benches.report is not self.report:
+                benches = self.services.benches(self.report, benches)
+                models.open(benches, draft)
+            return benches
 
     def leave_bench(self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None") -> None:
         """Note the sensor whose bench was left, and measure what the bench has requested."""
@@ -243,7 +290,7 @@ class WizardState:
     def save(self, place: "Path | None" = None) -> Saved:
         """Write the calibration, with its verdicts and the bench's effects. Slow: use a thread.
 
-        An exercise that has no bench yet is saved without verdicts, which would tell the answer.
+        An exercise that has no bench yet is saved without verdicts, which give it away.
 
         Args:
             place: the file; None for the usual one.
@@ -253,8 +300,8 @@ class WizardState:
         """
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
         benches = None
-        with self.bench_lock:
-            if self.benches is not None or not self.settings.predict:
+        with self.models.lock:
+            if self.models.benches is not None or not self.settings.predict:
                 with suppress(DataError):  # the data determine a fit, but no model to be judged
                     benches = self.bench()
             return self.services.save(self.report, benches, place)
@@ -273,24 +320,17 @@ class WizardState:
     def wrote(self, saved: Saved) -> None:
         """Note that the calibration is on disk."""
         self.saved, self.result = saved, saved.report or self.result
-        self._written = {} if self.benches is None else self.benches.models
-        self.give_up_model()
-
-    @property
-    def built(self) -> str:
-        """The bench's models that no file has, in words; "" if there are none."""
-        return "" if self.benches is None else "; ".join(self.benches.changed(self._written))
 
     @property
     def unsaved(self) -> bool:
         """Whether the bench has another model than the saved file."""
-        return self.saved is not None and bool(self.built)
+        return self.saved is not None and bool(self.models.unsaved)
 
     def recheck(self) -> "tuple[Recheck, Calibration]":
         """The verdict of a recheck. Slow: call it in a thread.
 
         Raises:
-            ImucalError: the calibration or the stream does not serve.
+            ImucalError: the calibration or the stream cannot be used.
         """
         assert self.source is not None, "only what a source has measured is judged"  # noqa: S101 (narrows the type)
         assert self.snapshot is not None, "its snapshot has led to the verdict"  # noqa: S101 (narrows the type)

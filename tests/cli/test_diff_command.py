@@ -20,12 +20,17 @@ def saved(
     """A calibration with these parameters of the accelerometer, 20 degrees of freedom."""
     made: Calibration = calibration(felt=False)
     parameters = {name: Value(v, unit, e) for name, (v, e) in values.items()}
+    scales = [1.0 / values.get(f"sensitivity_{axis}", (1.0, 0.0))[0] for axis in "xyz"]
     sensor = msgspec.structs.replace(
-        made["accelerometer"], parameters=parameters, degrees_of_freedom=20
+        made["accelerometer"],
+        matrix=np.diag(scales).tolist(),
+        bias=[values.get(f"bias_{axis}", (0.0, 0.0))[0] for axis in "xyz"],
+        parameters=parameters,
+        degrees_of_freedom=20,
     )
-    one = msgspec.structs.replace(
-        made, sensors={"accelerometer": sensor}, device=Device(name=device)
-    )
+    sensors, about = {"accelerometer": sensor}, Device(name=device)
+    measured: dict[str, Any] = {"hold_means": [], "rotation_increments": []}
+    one = msgspec.structs.replace(made, sensors=sensors, device=about, **measured)
     return one.save(path)
 
 

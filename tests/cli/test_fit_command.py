@@ -229,7 +229,7 @@ def test_a_simulated_recording_replaces_another_and_nothing_that_was_measured(
     measured, simulated = flat_recording(tmp_path), tmp_path / "simulated.csv"
     before = measured.read_bytes()
     assert cli.main(["simulate", str(measured), "--poses", "6"]) == 2
-    assert "is there already and not simulated" in capsys.readouterr().err
+    assert "exists and is not a simulated recording" in capsys.readouterr().err
     assert measured.read_bytes() == before
     for seed in ("1", "2"):
         assert cli.main(["simulate", str(simulated), "--poses", "6", "--seed", seed]) == 0

@@ -45,6 +45,24 @@ def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--baud", "0"], "'0' is no speed; give bits per second, like 115200"),
+        (["noise", "--port", "x", "--baud", "fast"], "'fast' is no speed"),
+        (["--speed", "0"], "'0' is not a speed from 0.001 to 1000"),
+        (["recheck", "a.json", "--speed", "nan"], "'nan' is not a speed"),
+        (["sessions", "--sessions", __file__], "is a file; give a folder"),
+        (["recheck"], "arguments are required: CAL.json."),
+    ],
+)
+def test_a_wrong_value_is_answered_before_anything_else(
+    words: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(words) == 2
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
     ("typed", "answer"), [("fitt", "did you mean 'fit'?"), ("rec.csv", "the commands are wizard,")]
 )
 def test_a_command_that_is_unknown_is_named_with_the_nearest(

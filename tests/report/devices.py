@@ -146,7 +146,7 @@ def _sensor(
         parameters={},
         unit=error_unit,
         rms_before=0.5,
-        rms_fitted=1e-4,
+        rms_fitted=0.0,
         rms_held_out=1e-4,
         effects=effects or [],
     )

@@ -1,6 +1,9 @@
 """The calibration on disk: it reads back bit for bit, and what is damaged is refused in words."""
 
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -10,12 +13,14 @@ from hypothesis import strategies as st
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.output import encode_json
+from imucal_wizard.report import proof
 from imucal_wizard.report.calibration_file import (
     CALIBRATION_SCHEMA,
     Calibration,
     Sensor,
     Value,
 )
+from tests.report.test_certificate import full
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 row = st.lists(finite, min_size=3, max_size=3)
@@ -92,3 +97,52 @@ def test_a_place_that_cannot_be_written_says_what_to_do(tmp_path: Path) -> None:
     blocked.write_text("in the way")
     with pytest.raises(UsageError, match="Choose another place"):
         calibration(EYE, [0.0, 0.0, 0.0]).save(blocked / "x.json")
+
+
+@pytest.mark.parametrize(
+    ("edit", "says"),
+    [
+        (lambda one: one["parameters"]["bias_x"].update(value=0.3001), "bias_x is 0.300100 in the"),
+        (lambda one: one["bias"].__setitem__(0, 0.3001), "0.300100 by its matrix"),
+        (lambda one: one["parameters"]["bias_x"].update(standard_error=2e-4), "standard error"),
+        (lambda one: one.update(rms_held_out=5e-5), "rms_held_out is .* among the models compared"),
+        (lambda one: one.update(rms_before=5e-5), "good, but it is worse than no calibration"),
+        (lambda one: one.update(limit=5e-3), "good, but these data cannot exclude errors above"),
+        (lambda one: one.update(limit=5e-5), "grade is good, but the error is above the limit"),
+        (lambda one: one.update(grade="doubtful"), "doubtful, but its verdict and its errors"),
+        (lambda one: one.update(grade="not-usable"), "grade is not-usable, which its errors"),
+        (lambda one: one.update(verdict="missing"), "good, but the verdict is missing"),
+        (lambda one: one.update(usable=False), "contradict that it is not usable"),
+        (lambda one: one.update(rms_fitted=2e-3), "instead of 0.204 mg|rms_fitted"),
+    ],
+)
+def test_figures_that_contradict_one_another_are_refused_with_both(
+    edit: Callable[[dict[str, Any]], None], says: str, tmp_path: Path
+) -> None:
+    path = full().save(tmp_path / "my.json")
+    document = json.loads(path.read_text())
+    sensor = document["sensors"]["accelerometer"]
+    rung = {name: sensor[name] for name in ("model", "rms_fitted", "rms_held_out", "floor")}
+    document["ladders"]["accelerometer"] = [rung | {"added": None}]
+    edit(sensor)
+    path.write_text(json.dumps(document))
+    with pytest.raises(RecordingError, match=says) as refused:
+        load(path)
+    assert str(refused.value).endswith("take the file as it was saved")
+
+
+def test_a_note_another_limit_and_another_layout_are_no_contradiction(tmp_path: Path) -> None:
+    path = full().save(tmp_path / "my.json")
+    document = json.loads(path.read_text())
+    document["note"] = "dropped once"
+    document["sensors"]["accelerometer"]["limit"] = 0.03
+    path.write_text(json.dumps(document, indent=4, sort_keys=True))
+    assert load(path).note == "dropped once"
+
+
+def test_the_error_on_the_measurements_in_the_file_is_the_one_stated() -> None:
+    made = full()
+    moved = msgspec.structs.replace(made.hold_means[0], accelerometer=[0.0, 0.0, 9.0])
+    other = msgspec.structs.replace(made, hold_means=[moved, *made.hold_means[1:]])
+    assert proof.contradiction(made) == ""
+    assert "error on the measurements in the file" in proof.contradiction(other)

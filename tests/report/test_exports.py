@@ -434,7 +434,7 @@ def test_a_file_of_another_kind_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "notes.yaml"
     path.write_text("keep: this\n")
     for name in (*WHOLE, "inav"):
-        with pytest.raises(UsageError, match=f"is there already and is no file for {name}"):
+        with pytest.raises(UsageError, match=f"exists and is not a file for {name}"):
             write_export(calibration(felt=False), name, path)
     assert path.read_text() == "keep: this\n"
 
@@ -475,7 +475,7 @@ def test_a_file_that_corrects_worse_than_none_fails_the_check(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     made = calibration(felt=False)
-    wrong = msgspec.structs.replace(made["accelerometer"], bias=[9.0, 0.0, 0.0])
+    wrong = msgspec.structs.replace(made["accelerometer"], bias=[9.0, 0.0, 0.0], rms_fitted=5.8)
     alone = msgspec.structs.replace(made, sensors={"accelerometer": wrong})
     saved = alone.save(tmp_path / "my.json", force=True)
     assert cli.main(["export", str(saved), "--to", "ros-imu-calib"]) == 1

@@ -40,7 +40,7 @@ def test_increments_give_the_attitude_of_the_samples_for_any_calibration() -> No
         for matrix, bias in ((fit.matrix, fit.bias), (other, fit.bias + 0.02)):
             steps = quaternions(samples.rotation_vectors((one.rate - bias) @ matrix.T))
             whole = matrices(Attitudes(steps, samples.step_offsets).whole)[:, :, 0]
-            found = kept.rotation((kept.readings() - bias) @ matrix.T)
+            found = kept.attitudes((kept.readings() - bias) @ matrix.T)[-1]
             assert angle(found, whole) < PROMISED
         assert len(kept.edges) < 0.5 * len(one.time)
 
@@ -56,7 +56,7 @@ def test_the_file_alone_gives_the_errors_that_the_fit_told(tmp_path: Path) -> No
     up = force / np.linalg.norm(force, axis=1)[:, None]
     closing = [
         np.linalg.norm(
-            one.rotation(gyroscope.apply(one.readings())).T @ up[one.before] - up[one.after]
+            one.attitudes(gyroscope.apply(one.readings()))[-1].T @ up[one.before] - up[one.after]
         )
         for one in made.rotation_increments
     ]

@@ -88,23 +88,31 @@ class Terminal:
         deadline = time.monotonic() + seconds
         while True:
             left = max(deadline - time.monotonic(), 0.0)
-            ready, _, _ = select.select([self._fd], [], [], min(left, POLL))
-            if ready:
-                try:
-                    data = os.read(self._fd, 65536)
-                except OSError:  # the program has closed the terminal
-                    data = b""
-                if not data:
-                    self._stream.feed(self._undrawn)
-                    self._undrawn = b""
-                    return
-                self.bells += data.count(b"\x07")
-                self.received += data
-                if FRAMES_ASKED in data and not self.dead:
-                    os.write(self._fd, FRAMES_KNOWN)
-                self._draw(data)
-            if left <= 0.0:
+            if self.pump_piece(min(left, POLL)) is None or left <= 0.0:
                 return
+
+    def pump_piece(self, timeout: float) -> bool | None:
+        """Read the next piece that the program draws, as soon as it comes.
+
+        Returns:
+            Whether something was drawn in time; None if the program has closed the terminal.
+        """
+        if not select.select([self._fd], [], [], timeout)[0]:
+            return False
+        try:
+            data = os.read(self._fd, 65536)
+        except OSError:  # the program has closed the terminal
+            data = b""
+        if not data:
+            self._stream.feed(self._undrawn)
+            self._undrawn = b""
+            return None
+        self.bells += data.count(b"\x07")
+        self.received += data
+        if FRAMES_ASKED in data and not self.dead:
+            os.write(self._fd, FRAMES_KNOWN)
+        self._draw(data)
+        return True
 
     def _draw(self, data: bytes) -> None:
         """Draw what has come; a frame that has begun waits for its end."""

@@ -64,11 +64,11 @@ async def test_adding_the_suspect_lets_the_held_out_error_fall_and_undo_takes_it
 
 async def test_the_bench_waits_for_the_diagnosis_that_uses_it(benches: Benches) -> None:
     app = app_with(benches)
-    app.bench_lock.acquire()
+    app.models.lock.acquire()
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "Looking for what the accelerometer lacks")
         assert "▸ second-order" not in seen(pilot)
-        app.bench_lock.release()
+        app.models.lock.release()
         await ranked(pilot)
 
 

@@ -121,7 +121,7 @@ async def test_a_result_that_cannot_be_written_is_written_to_another_place(tmp_p
     async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "the disk is full", "taken.json")
         await pilot.press("enter")
-        await shows(pilot, "is there already")
+        await shows(pilot, "exists already")
         await pilot.press("escape")
         await shows(pilot, "not saved: a.json")
         await pilot.press("q")

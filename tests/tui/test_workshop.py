@@ -220,7 +220,6 @@ def test_without_a_terminal_the_wizard_says_what_to_use_instead(
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (WizardOptions(baud=0), "--baud 0 is no speed"),
         (WizardOptions(format="nope"), "no format 'nope'"),
         (WizardOptions(recording=RecordingOptions(("ax", "foo"))), "'foo' is not a column"),
         (WizardOptions(recording=RecordingOptions(gyroscope_unit="foo")), "is not a unit"),

@@ -28,5 +28,12 @@ async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
 
 async def shows(pilot: Pilot[Any], *texts: str) -> str:
     """Wait until all these texts are on the screen; the whole screen then."""
-    await until(pilot, lambda: all(text in seen(pilot) for text in texts))
-    return seen(pilot)
+    screen = ""
+
+    def shown() -> bool:
+        nonlocal screen
+        screen = seen(pilot)
+        return all(text in screen for text in texts)
+
+    await until(pilot, shown)
+    return screen

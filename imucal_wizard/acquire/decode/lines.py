@@ -1,5 +1,6 @@
 """Lines of text formats: cutting bytes into lines, decoding lines to rows."""
 
+import re
 from abc import ABC, abstractmethod
 
 import numpy as np
@@ -17,6 +18,8 @@ _MIN_TABLE = 2048
 """Bytes from which reading many lines at once is faster than reading them one by one."""
 _PIECE_BYTES = 32_768
 """Bytes in which a spoilt line costs the fast way of reading."""
+_WORD = re.compile(rb"[^-+0-9.eEnaNA \t,;|\n]")
+"""What is in no line of plain numbers."""
 
 
 class LineCutter:
@@ -89,9 +92,23 @@ class TextDecoder(ABC):
                 end = end_of_lines(block, start + _PIECE_BYTES)
                 piece = block[start:end]
                 if len(piece) == len(block) or self._table_of(piece) is None:
-                    self._each_line(piece)
+                    self._between_words(piece)
                 start = end
         return self._batch()
+
+    def _between_words(self, block: bytes) -> None:
+        """Read lines with words, like a header that comes again, one by one, the others at once."""
+        start = 0
+        while start < len(block):
+            word = _WORD.search(block, start)
+            place = len(block) if word is None else word.start()
+            stop = max(start, block.rfind(b"\n", start, place) + 1)
+            plain = block[start:stop]
+            if len(plain) == len(block) or self._table_of(plain) is None:
+                self._each_line(plain)
+            # the line after a spoilt one tells how many samples were lost
+            start = end_of_lines(block, end_of_lines(block, stop))
+            self._each_line(block[stop:start])
 
     def _each_line(self, block: bytes) -> None:
         for line in split_lines(block):

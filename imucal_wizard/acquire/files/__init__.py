@@ -13,6 +13,8 @@ _SQLITE = b"SQLite format 3\0"
 _PAGE_BYTES = 4096
 SUFFIX = ".imucal"
 """The end of a session file's name."""
+Batch = list[tuple[bytes, float]] | tuple[bytes, float, float]
+"""Pieces with their arrival times, s; or as one, with the arrivals of the last and the first."""
 
 
 @dataclass(frozen=True)

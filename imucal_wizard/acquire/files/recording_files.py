@@ -18,7 +18,7 @@ from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.decode.lines import end_of_lines
 from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_name
 from imucal_wizard.acquire.detect import Detector
-from imucal_wizard.acquire.files import RecordingOptions, is_session
+from imucal_wizard.acquire.files import Batch, RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     MAX_BYTES,
     NotTextError,
@@ -259,11 +259,15 @@ def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
         start = end
 
 
-def decode_pieces(
-    intake: Intake, batches: Iterable[Sequence[tuple[bytes, float]]]
-) -> FileSamples | None:
-    """The samples in batches of pieces with their arrival times; None if there are none."""
-    parts = [intake.feed_all(batch) for batch in batches]
+def decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | None:
+    """The samples in batches of pieces with their arrival times; None if there are none.
+
+    A batch that is one piece has the arrivals of its last and of its first bytes.
+    """
+    parts = [
+        intake.feed(*batch) if isinstance(batch, tuple) else intake.feed_all(batch)
+        for batch in batches
+    ]
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
@@ -351,8 +355,10 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     """
     from imucal_wizard.acquire.files.session_salvage import read_session  # SQLite
 
+    made: list[Intake] = []
+
     def decode(
-        about: dict[str, Any], batches: Iterator[list[tuple[bytes, float]]]
+        about: dict[str, Any], batches: Iterator[Batch]
     ) -> tuple[Intake, FileSamples | None]:
         try:
             setup = StreamSetup.from_json(about.get("setup", {}))
@@ -364,9 +370,12 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         if first is None:
             raise RecordingError("nothing was received in this session; resume it and measure")
         intake = Intake(with_options(setup, options), check_values=False)  # all is checked later
+        made.append(intake)
         return intake, decode_pieces(intake, chain([first], batches))
 
-    (intake, samples), damage = read_session(path, decode, FED_BYTES)
+    (intake, samples), damage = read_session(
+        path, decode, FED_BYTES, lambda: made[-1].longest_pause if made else 0.0
+    )
     if samples is None:
         raise RecordingError(
             _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)

@@ -14,7 +14,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, TypeVar
 
-from imucal_wizard.acquire.files import SUFFIX, is_session, session_file
+from imucal_wizard.acquire.files import SUFFIX, Batch, is_session, session_file
 from imucal_wizard.acquire.files.file_bytes import read_bytes
 from imucal_wizard.acquire.files.session_file import (
     APPLICATION_ID,
@@ -108,8 +108,9 @@ def salvage(path: Path) -> Salvaged:
 
 def read_session(
     path: Path,
-    decode: Callable[[dict[str, Any], Iterator[list[tuple[bytes, float]]]], _T],
+    decode: Callable[[dict[str, Any], Iterator[Batch]], _T],
     size: int,
+    longest_pause: Callable[[], float] = lambda: 0.0,
 ) -> tuple[_T, str]:
     """Decode a session; also returns what of it is lost, in words.
 
@@ -118,12 +119,16 @@ def read_session(
         decode: called with the settings and with batches of pieces and their arrival times, s;
             called again where damage is found on the way.
         size: bytes of a batch, about.
+        longest_pause: between pieces that may come as one, s, see ``session_file.read_batches``.
 
     Raises:
         SessionError: the file cannot be read.
     """
     return _read_or_salvage(
-        path, lambda one: decode(session_file.read_meta(one), session_file.read_batches(one, size))
+        path,
+        lambda one: decode(
+            session_file.read_meta(one), session_file.read_batches(one, size, longest_pause)
+        ),
     )
 
 

@@ -5,6 +5,8 @@ from how many areas it holds (Archimedes: the area of a zone is its height), so 
 equal and about as wide as high, 20°.
 """
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,13 +47,16 @@ def by_area(areas: NDArray[np.intp]) -> NDArray[np.intp]:
     return np.argsort(areas.astype(np.uint8), kind="stable")
 
 
+@cache
 def centres() -> FloatArray:
     """Unit vector in the middle of each area, shape (100, 3)."""
     z = np.repeat(0.5 * (_HEIGHTS[1:] + _HEIGHTS[:-1]), _COUNTS)
     place = np.concatenate([np.arange(count) for count in RINGS])
     turn = 2.0 * np.pi * (place + 0.5) / np.repeat(_COUNTS, _COUNTS)
     ring = np.sqrt(1.0 - z * z)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+    found = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+    found.flags.writeable = False
+    return found
 
 
 @dataclass(frozen=True)

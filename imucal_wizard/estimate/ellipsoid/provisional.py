@@ -6,6 +6,8 @@ of the middle of the readings). What no reading has seen keeps the prior's doubt
 from a new direction is not taken for a disturbance.
 """
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -63,7 +65,7 @@ class Provisional:
         """Size of the field by the readings' own unit."""
         return self.cloud.span * self._radius
 
-    @property
+    @cached_property
     def _radius(self) -> float:
         return radius_of(self.theta)
 

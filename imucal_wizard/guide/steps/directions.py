@@ -117,7 +117,7 @@ class DirectionsStage:
         self.wanted = None
         self._choose()
 
-    def follow(self, block: Block) -> None:  # noqa: ARG002 -- every stage is told of each block
+    def follow(self, block: Block) -> None:  # noqa: ARG002 -- every stage gets each block
         """Choose a direction as soon as the up direction is known."""
         if self.wanted is None:
             self._choose()
@@ -192,7 +192,7 @@ class DirectionsStage:
     def _spent(self) -> bool:
         """Whether this placement was measured, so that the device must move first."""
         run = self._context.run
-        return run.used or self._step.kind in run.told
+        return run.used or self._step.kind in run.received
 
     def _choose(self) -> None:
         """Choose the nearest missing direction, cold ones first; it stays until it is taken."""

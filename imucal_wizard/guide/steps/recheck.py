@@ -14,7 +14,7 @@ from imucal_wizard.guide.steps.directions import DirectionsStage, DirectionTarge
 from imucal_wizard.measurement.holds import Collected
 
 MAX_RECHECK_HOLDS = 24
-"""More poses do not show what these do not."""
+"""A change that these holds do not show is not shown by further holds."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ Planner = Callable[[Collected, Mapping[str, str]], Proposal]
 
 
 class RecheckStage(DirectionsStage):
-    """Asks for the pose that shows most; accepts any.
+    """Asks for the pose that shows most of what was not seen yet; accepts any.
 
     Args:
         context: shared by all steps.
@@ -120,7 +120,7 @@ class RecheckStage(DirectionsStage):
         self._proposal = self._planner(self._collected(), read)
 
     def _faces(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
-        """The six faces, where nothing tells what they show."""
+        """The six faces, if no planner says which poses show most."""
         del units
         taken = {hold.pose for hold in collected.holds}
         left = [face for face in FACES if face not in taken]

@@ -226,7 +226,7 @@ class RotationsStage:
         """The axis of the next rotation; the last axis if there are enough.
 
         It stays until it has enough. Then an axis that was begun comes first, and among the others
-        the one that tells the fit most.
+        the one that improves the fit most.
         """
         short = [axis for axis, need in self._needs.items() if len(self._taken(axis)) < need]
         if self._axis not in short:
@@ -253,7 +253,7 @@ class RotationsStage:
         return tuple(found)
 
     def _plan(self) -> PlannedRotation:
-        """The rotation that tells the fit most, from the pose in which the device rests."""
+        """The rotation that improves the fit most, from the pose in which the device rests."""
         context, axis = self._context, self.axis
         before = None if context.start is None else context.direction(context.start)
         tilt = 0.0
@@ -387,7 +387,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; this tells most",
+            detail="any angle and speed will do; this is the best",
         )
 
     def _rotation(self) -> RotationStatus:

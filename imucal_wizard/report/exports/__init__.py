@@ -296,5 +296,5 @@ def _spare_others(
             target.read({**files, tail: place.read_bytes()}, settings)
         except (OSError, ValueError, LookupError, TypeError) as error:
             raise UsageError(
-                f"{place} is there already and is no file for {target.name}: give another name"
+                f"{place} exists and is not a file for {target.name}: give another name"
             ) from error

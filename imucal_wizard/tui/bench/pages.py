@@ -26,11 +26,11 @@ LESSON_PLOT_ROWS = 11
 """Rows of the plot in a lesson."""
 _FAMILY = {
     "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
-    "forces or speeds tell them apart, and sometimes more data.",
+    "forces or speeds separate them, and sometimes more data.",
     "time": "in one slow change the members of this family are nearly the same. A session in which "
-    "the temperature rises and falls, with repeated poses, tells them apart.",
+    "the temperature rises and falls, with repeated poses, separates them.",
 }
-"""What tells the members of a family apart, by the kind of its effects."""
+"""What separates the members of a family, by the kind of its effects."""
 _BASE = {
     "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
     "the device over: half of the sum of both readings is the bias.",
@@ -54,7 +54,7 @@ def rows_for(snapshot: BenchSnapshot, term: str, width: int, *, hidden: bool = F
         snapshot: of the bench.
         term: what it is about.
         width: columns available.
-        hidden: the answer is hidden: show the data without what the effect would make of them.
+        hidden: the answer is hidden: show the data without the prediction of the effect.
     """
     known = {effect.name: effect for effect in snapshot.catalogue}
     if term not in known:
@@ -72,11 +72,11 @@ def lesson_rows(
     effect: Effect, sensor: str, width: int, own: ResidualView | None = None
 ) -> list[Line]:
     """The lesson about an effect, with the user's own points (``own``) over its prediction."""
-    told = lesson(effect, sensor)
-    rows = [*_heading(effect.title), *wrapped(told.what, width), line("")]
-    rows += _part("equation", told.equation, width)
+    words = lesson(effect, sensor)
+    rows = [*_heading(effect.title), *wrapped(words.what, width), line("")]
+    rows += _part("equation", words.equation, width)
     rows += [line(f"    {effect.equation}", "key"), line("")]
-    rows += _part("what it looks like", told.signature, width)
+    rows += _part("what it looks like", words.signature, width)
     rows += [*signature_rows(effect, sensor, width), line("")]
     if own is not None:
         rows += [
@@ -85,13 +85,13 @@ def lesson_rows(
         ]
         rows += [line(f"  {own.legend}", "quiet")]
         rows += [*picture_rows(own, min(width, 90), LESSON_PLOT_ROWS), line("")]
-    rows += _part("usual sizes", told.sizes, width)
-    rows += [line(""), *_part("what it takes to see it", told.needs, width)]
-    rows += [line(""), *_part("what it costs to ignore it", told.cost, width)]
+    rows += _part("usual sizes", words.sizes, width)
+    rows += [line(""), *_part("what it takes to see it", words.needs, width)]
+    rows += [line(""), *_part("what it costs to ignore it", words.cost, width)]
     more = (
-        ("what to do about it", told.remedy),
-        ("how to confirm it without this program", told.confirm),
-        ("source", told.source),
+        ("what to do about it", words.remedy),
+        ("how to confirm it without this program", words.confirm),
+        ("source", words.source),
     )
     for name, text in more:
         if text:
@@ -133,10 +133,10 @@ _NOTHING = (
     "drift)."
 )
 _NEVER = (
-    "None of the poses tried here tells them apart. Many more holds, stronger forces or another "
+    "None of the poses tried here separates them. Many more holds, stronger forces or another "
     "course of the temperature may."
 )
-_NEVER_TURNING = "None of the rotations tried here tells them apart; those of a rate table may."
+_NEVER_TURNING = "None of the rotations tried here separates them; those of a rate table may."
 
 
 def next_rows(
@@ -170,22 +170,22 @@ def next_rows(
 
 
 def gain_rows(apart: Apart, width: int) -> list[Line]:
-    """The size from which two effects are told apart, now and with the poses."""
+    """The size from which two effects are separated, now and with the poses."""
     before = (
         size_with_unit(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
     )
     now = (
-        f"These data tell {apart.first} from {apart.second} from {before} on. Here it is about "
+        f"These data separate {apart.first} and {apart.second} from {before} on. Here it is about "
         f"{number(apart.size, 2)}."
     )
     if apart.enough and not apart.poses:
-        return wrapped(f"{now} So they are told apart already.", width, "strong")
+        return wrapped(f"{now} So they are separated already.", width, "strong")
     if apart.never or not apart.poses:
         never = _NEVER_TURNING if apart.turning else _NEVER
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
     worth = "that is enough" if apart.enough else "that is not enough yet"
     if apart.before <= apart.size:
-        worth = "they are told apart already; this confirms it"
+        worth = "they are separated already; this confirms it"
     then = f"With {apart.things}: from {size_with_unit(apart.after, apart.unit)} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 

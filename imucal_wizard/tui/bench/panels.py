@@ -152,10 +152,10 @@ def equation_rows(snapshot: BenchSnapshot, width: int) -> list[Line]:
     for term in snapshot.fit.terms:
         symbols += " − ε" + _index(snapshot, term.name)
         said += f" − {term.name}"
-    formula, told = f"{symbol} = {symbols}", f"{words} = {said}"
-    if len(formula) + len(told) + 3 <= width:
-        return [((formula, "strong"), (f"   {told}", "quiet"))]
-    return [line(formula, "strong"), *wrapped(told, width, "quiet", "  ")]
+    formula, spoken = f"{symbol} = {symbols}", f"{words} = {said}"
+    if len(formula) + len(spoken) + 3 <= width:
+        return [((formula, "strong"), (f"   {spoken}", "quiet"))]
+    return [line(formula, "strong"), *wrapped(spoken, width, "quiet", "  ")]
 
 
 def _index(snapshot: BenchSnapshot, term: str) -> str:
@@ -168,15 +168,15 @@ def parts_of_model(snapshot: BenchSnapshot) -> list[Part]:
     for name in snapshot.whole:
         symbol, words = _WORDS[name]
         there = name in snapshot.fit.base
-        told = _base_sizes(snapshot, name) if there else "left out: enter puts it back"
-        parts.append(Part(name, there, symbol, words, told))
+        shown = _base_sizes(snapshot, name) if there else "left out: enter puts it back"
+        parts.append(Part(name, there, symbol, words, shown))
     for k, (term, sizes, errors) in enumerate(
         zip(snapshot.fit.terms, snapshot.fit.sizes, snapshot.fit.size_errors, strict=True)
     ):
         symbol = "ε" + "₁₂₃₄₅₆₇₈₉"[k % 9]
         words = term.effect.equation.replace("ε", symbol, 1)
-        told = effect_sizes(term.effect, snapshot.sensor, sizes, errors)
-        parts.append(Part(term.name, True, symbol, words, told))
+        shown = effect_sizes(term.effect, snapshot.sensor, sizes, errors)
+        parts.append(Part(term.name, True, symbol, words, shown))
     return parts
 
 

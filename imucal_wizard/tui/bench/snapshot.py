@@ -11,6 +11,7 @@ from imucal_wizard.diagnose.views import ResidualView, views_of
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Effect
+from imucal_wizard.report.bench_text import BENCH_COLUMNS, suspect_details, suspect_row
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,12 @@ def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
     """The snapshot of a bench as it is now."""
     findings = bench.look()
     diagnosis = diagnosis_of(benches, bench, findings)
+    entries = entries_of(bench, findings)
+    # a screen that draws hears no key: what its table needs is computed here, in a thread, and kept
+    for place, entry in enumerate(entries):
+        suspect_row(entry, bench.fit, BENCH_COLUMNS)
+        if not place:
+            suspect_details(entry, bench.fit, BENCH_COLUMNS)
     return BenchSnapshot(
         sensor=bench.sensor,
         measured=bench.measured,
@@ -70,7 +77,7 @@ def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
         findings=findings,
         diagnosis=diagnosis,
         ladder=tuple(bench.ladder),
-        entries=entries_of(bench, findings),
+        entries=entries,
         views=views_of(bench.fit),
         catalogue=bench.effects,
         readings=benches.readings,

@@ -45,7 +45,7 @@ def _interrupted(stream: "StreamStatus") -> str:
 
 
 def state_span(stream: "StreamStatus", name: str) -> Span:
-    """The state of an open source in one row; beside it, ``preview_rows`` says what to do."""
+    """The state of an open source in one row; ``preview_rows`` says what to do."""
     if stream.busy:
         return f"{name}: {stream.problem}", "strong"
     if missing := _interrupted(stream):
@@ -81,8 +81,8 @@ def preview_rows(stream: "StreamStatus", width: int, device: str = "") -> list[L
     interrupted = bool(_interrupted(stream))
     if stream.samples and not interrupted:
         rows += _arriving(stream, width)
-    told = stream.busy or (bool(stream.needs) and not interrupted)  # the state says it
-    if stream.problem and not told:
+    in_state = stream.busy or (bool(stream.needs) and not interrupted)
+    if stream.problem and not in_state:
         rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
     for warning in () if interrupted else stream.warnings[-3:]:
         rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")

@@ -30,7 +30,7 @@ VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 
 _AFTER_RESULT = (StepKind.VALIDATE, StepKind.SAVE)
 _OF_A_CALIBRATION = TITLES.keys() - {StepKind.RECHECK, StepKind.VERDICT}
-"""Steps that are shown before a source tells its own."""
+"""Steps that are shown until a source states its own."""
 _TITLE = "imucal-wizard"
 _OVER = "✓–"
 

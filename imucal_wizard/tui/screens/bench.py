@@ -193,8 +193,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             return parameters[0] is not hidden
         if action == "measure" and not self._live:
             return False
-        telling = ("next_poses", "undo", "added", "measure", "remove", "formula", "save")
-        return not (hidden and action in telling)
+        showing = ("next_poses", "undo", "added", "measure", "remove", "formula", "save")
+        return not (hidden and action in showing)
 
     # Display
 
@@ -264,9 +264,9 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             sign, words = snapshot.style, snapshot.diagnosis.says
             rows += wrapped(f" {_MARKS.get(sign, '▸')} {words}", width, sign, indent="   ")
         if len(rows) > SAID:
-            told = "".join(text for text, _ in rows[SAID - 1])
+            last = "".join(text for text, _ in rows[SAID - 1])
             more = "  … n: all of it"
-            cut = told[: width - len(more)].rsplit(" ", 1)[0]
+            cut = last[: width - len(more)].rsplit(" ", 1)[0]
             rows[SAID - 1] = ((cut, rows[SAID - 1][0][1]), (more, "key"))
         return (rows + [line("")] * SAID)[:SAID]
 
@@ -317,10 +317,10 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
         def done() -> tuple[BenchSnapshot, str]:
             problem = ""
-            with owner.bench_lock:
+            with owner.models.lock:
                 if act is not None:
                     act(bench)
-                    problem = owner.keep_model()
+                    problem = owner.models.keep()
                 return bench_snapshot(benches, bench), problem
 
         try:
@@ -335,7 +335,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
                 self.note = (_ROSE, "warn")
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
-            elif act is None and (restored := owner.restored):
+            elif act is None and (restored := owner.models.restored):
                 self.note = (f"✓ Here again: {restored}", "good")
         self.busy = ""
         self.redraw()

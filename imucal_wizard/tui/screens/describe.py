@@ -23,8 +23,8 @@ _HINTS = {
     "note": "anything else",
 }
 _WORDS = (
-    "Nothing has to be filled in. The serial number tells two devices of one name apart, and one "
-    "device by another name is recognised by it."
+    "No field is required. The serial number distinguishes devices of the same name, and "
+    "identifies a device that was renamed."
 )
 
 
@@ -75,7 +75,7 @@ class DescriptionScreen(ModalScreen[Description | None]):
         yield KeyFooter()
 
     def on_mount(self) -> None:
-        """Show what is necessary."""
+        """Show which fields are required."""
         self.query_one("#words", Lines).draw(lambda width, _: wrapped(_WORDS, width, "quiet"))
 
     def action_use(self) -> None:

@@ -160,5 +160,5 @@ class DevicesScreen(ModalScreen[None]):
 
 def _row(device: "KnownDevice") -> Content:
     counts = f"{plural(device.calibrations, 'calibration')}, {plural(device.rechecks, 'recheck')}"
-    told = Content(f"  {counts}, {day_text(device.last)}")
-    return Content(f"{clean(device.name):<28.28}").stylize("bold") + told
+    name = Content(f"{clean(device.name):<28.28}").stylize("bold")
+    return name + Content(f"  {counts}, {day_text(device.last)}")

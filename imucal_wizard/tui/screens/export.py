@@ -69,7 +69,7 @@ class ExportScreen(ModalScreen[None]):
         except ImucalError as error:
             self._show([(f"▲ {error}", "warn")])
         else:
-            self._show(told(done))
+            self._show(outcome(done))
 
     def _show(self, rows: Sequence[tuple[str, str]]) -> None:
         self.query_one("#exported", Lines).draw(
@@ -77,8 +77,8 @@ class ExportScreen(ModalScreen[None]):
         )
 
 
-def told(done: Exported) -> list[tuple[str, str]]:
-    """The file, its error beside that of the calibration, what it cannot hold."""
+def outcome(done: Exported) -> list[tuple[str, str]]:
+    """The file, its error and that of the calibration, what it cannot hold."""
     rows = [(f"✓ {path}", "good") for path in done.files or (done.path,)]
     rows.append((f"{done.formula}, {done.direction}", "quiet"))
     for name, one in done.sensors.items():

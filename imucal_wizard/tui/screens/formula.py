@@ -76,8 +76,8 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
             "an axis in front, each axis has its own coefficients.", 70, "quiet",
         )  # fmt: skip
         rows += [
-            ((f"  {name:<4}", "key"), (told, "")) for name, told in VARIABLES.items() if name[1:] in
-            ("", "x")
+            ((f"  {name:<4}", "key"), (meaning, "")) for name, meaning in VARIABLES.items()
+            if name[1:] in ("", "x")
         ]  # fmt: skip
         rows.append(line("  and the same with y and z", "quiet"))
         self.query_one(Lines).show(rows)

@@ -63,7 +63,7 @@ class GuessScreen(ModalScreen[str | None]):
             box.border_title = f"predict: {self._entry.term}"
             yield Lines(id="asked")
             yield QuestionList(id="guess")
-            yield Lines(id="told")
+            yield Lines(id="answers")
         yield KeyFooter()
 
     def on_mount(self) -> None:
@@ -93,7 +93,7 @@ class GuessScreen(ModalScreen[str | None]):
         self.query_one("#guess", QuestionList).display = False
         rows = reveal_rows(self._snapshot, self._guess, 70)
         self.query_one("#asked", Lines).show([line("Your guess, and what the data say:", "strong")])
-        self.query_one("#told", Lines).show([line(""), *rows])
+        self.query_one("#answers", Lines).show([line(""), *rows])
         self.set_focus(None)
         self.refresh_bindings()
 

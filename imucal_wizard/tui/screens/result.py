@@ -13,7 +13,6 @@ from textual.events import Key
 from textual.widgets import Static
 
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -90,7 +89,7 @@ class FitScreen(LiveScreen):
     @work(exclusive=True, group="diagnose")
     async def diagnose(self) -> None:
         """Fit and diagnose the models in a thread; not in an exercise that has no bench yet."""
-        if self.state.settings.predict and self.state.benches is None:
+        if self.state.settings.predict and self.state.models.benches is None:
             return
         with suppress(ImucalError):  # the bench shows the reason
             self.state.judged(*await in_thread(self.state.judge))
@@ -99,9 +98,9 @@ class FitScreen(LiveScreen):
 
     def verdict_known(self) -> None:
         """Tell the verdict by its sound."""
-        grades = self.state.grades.values()
-        if grades:
-            self.state.sounds.verdict(good=all(one.grade is Grade.GOOD for one in grades))
+        good = self.state.good
+        if good is not None:
+            self.state.sounds.verdict(good=good)
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
@@ -233,9 +232,9 @@ class ResultScreen(FitScreen):
         It waits for a verdict where one comes, and does not start if a sensor is not good: the
         operator decides then. A run without an operator goes on.
         """
-        settings, grades = self.state.settings, self.state.grades.values()
+        settings = self.state.settings
         alone = settings.auto or settings.quit_after or settings.predict
-        if self._leaves and (alone or (grades and all(g.grade is Grade.GOOD for g in grades))):
+        if self._leaves and (alone or self.state.good):
             self._leaves = False
             self._deadline = time.monotonic() + settings.countdown
             self.set_interval(0.5, self._count_down)

@@ -2,12 +2,15 @@
 
 import random
 import sqlite3
+from collections.abc import Iterable
 from contextlib import closing
 from itertools import chain
 from pathlib import Path
 
 import pytest
 
+from imucal_wizard.acquire.files import Batch
+from imucal_wizard.acquire.files.session_file import read_batches
 from imucal_wizard.acquire.files.session_salvage import read_session, repair, salvage
 from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import SessionError
@@ -27,6 +30,11 @@ def pieces_of(path: Path) -> dict[int, tuple[float, bytes]]:
 def pages_of(data: bytes) -> dict[int, int]:
     """The page in which each piece of a session lies that fits into one."""
     return {number: data.find(b"piece %06d" % number) // PAGE for number in range(1, 601)}
+
+
+def separate(batches: Iterable[Batch]) -> list[tuple[bytes, float]]:
+    """The pieces of batches that do not come as one."""
+    return list(chain(*(batch for batch in batches if isinstance(batch, list))))
 
 
 @pytest.fixture(scope="module")
@@ -55,13 +63,39 @@ def test_every_piece_outside_the_damaged_pages_is_read(
     path = tmp_path / "a.imucal"
     path.write_bytes(data)
     readable = {number: one for number, one in whole.items() if where[number] not in damaged}
-    pieces, lost = read_session(path, lambda _, batches: list(chain(*batches)), 1000)
+    pieces, lost = read_session(path, lambda _, batches: separate(batches), 1000)
     assert {(arrival, data) for data, arrival in pieces} >= set(readable.values())
     with KeptSession.look(path) as kept:
         assert {number for number, _, data in kept.raw() if data} >= set(readable)
         kept.meta()
         kept.commands()
         assert bool(kept.damage) == bool(lost)
+
+
+def test_pieces_come_as_one_unless_one_is_missing_empty_garbled_or_late(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    with Session.create(path, {"asked": {}, "setup": {}, "settings": {}}) as kept:
+        for number in range(1, 3001):
+            late = 1.0 * (number > 1500)
+            kept.write_raw(0.01 * number + late, b"" if number == 1200 else b"%08d\n" % number)
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("DELETE FROM raw WHERE id = 1800")
+        connection.commit()
+        whole = b"".join(data for (data,) in connection.execute("SELECT data FROM raw"))
+        batches = list(read_batches(connection, 450, lambda: 0.5))
+        joined = [batch for batch in batches if isinstance(batch, tuple)]
+        each = [[one] if isinstance(one, tuple) else one for one in batches]
+        assert b"".join(data for some in each for data, *_ in some) == whole
+        assert len(joined) > 40
+        for data, last, first in joined:
+            numbers = [int(line) for line in data.split()]
+            assert numbers == list(range(numbers[0], numbers[-1] + 1))
+            assert not {1200, 1501, 1800} & set(numbers)
+            late = 1.0 * (numbers[0] > 1500)
+            assert (first, last) == (0.01 * numbers[0] + late, 0.01 * numbers[-1] + late)
+        connection.execute("UPDATE raw SET data = 'text' WHERE id = 2900")
+        with pytest.raises(sqlite3.DatabaseError, match="garbled"):
+            list(read_batches(connection, 450, lambda: 0.5))
 
 
 def test_an_interruption_stands_where_pieces_are_lost(session: Path, tmp_path: Path) -> None:
