@@ -136,10 +136,10 @@ class Detectability:
     @cached_property
     def _draws(self) -> NoiseDraws:
         misfit, frame = self._misfit, self._hypotheses.frame
-        slow = misfit.minimum.experiment.slow_errors(misfit.minimum)
-        if slow is not None:
-            noise = slow.foreseen(frame.across.T @ misfit.whitened(np.eye(len(misfit))))
-        else:
+        rows = misfit.independent.measured(np.eye(len(misfit)))
+        coordinates = frame.across.T @ misfit.whitened(rows)
+        noise = misfit.minimum.experiment.foreseen(misfit.minimum, coordinates)
+        if noise is None:
             shares, sizes = likely_noise(self._noise)
             noise = shares, sizes[:, None] ** 2 / np.array(frame.each_weights)
         return NoiseDraws(self._hypotheses, *noise)

@@ -17,7 +17,6 @@ from imucal_wizard.model.terms import Terms
 if TYPE_CHECKING:
     from imucal_wizard.estimate.gauss_newton import Minimum
     from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
-    from imucal_wizard.estimate.slow_noise import SlowErrors
     from imucal_wizard.estimate.table_steps import TableData
 
 
@@ -183,9 +182,20 @@ class Experiment(ABC):
         del found
         return None
 
-    def slow_errors(self, found: "Minimum[Experiment]") -> "SlowErrors | None":
-        """What of the errors of the rows is slow; None where the misfit itself has to tell it."""
-        del found
+    def foreseen(
+        self, found: "Minimum[Experiment]", combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """What combinations of the independent rows may scatter by in another session like this.
+
+        Args:
+            found: a fit of these rows.
+            combinations: shape (m, n).
+
+        Returns:
+            Probability of each kind of noise, shape (k,), and variance of the combinations by it,
+            shape (k, m); None where the misfit itself has to tell them.
+        """
+        del found, combinations
         return None
 
     def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":

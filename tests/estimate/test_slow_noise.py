@@ -126,7 +126,8 @@ def test_the_next_session_may_have_slow_errors_although_this_one_shows_none() ->
     found = slow_errors(spans, [fitted], False)
     assert found is not None
     halves, turns = np.repeat([1.0, -1.0], 30), np.tile([1.0, -1.0], 30)
-    shares, variances = found.foreseen(np.array([halves, turns]) / np.sqrt(60.0))
+    combinations = np.array([halves, turns]) / np.sqrt(60.0)
+    shares, variances = found.foreseen([replace(fitted, pull=combinations)])
     assert shares.sum() == pytest.approx(1.0)
     slow, fast = shares @ variances
     assert 1.2 * left.var() < slow < 10.0 * left.var()

@@ -343,8 +343,16 @@ class MagnetometerExperiment(Experiment):
             return self.unit
         return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
 
-    def slow_errors(self, found: "Minimum[Experiment]") -> SlowErrors | None:
+    def foreseen(
+        self, found: "Minimum[Experiment]", combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
         """See ``Experiment``."""
+        slow = self._told(found)
+        fitted = replace(self._fitted(found), pull=combinations)
+        return None if slow is None else slow.foreseen([fitted])
+
+    def _told(self, found: "Minimum[Experiment]") -> SlowErrors | None:
+        """What of the errors of the rows is slow."""
         slow = self._slow_errors
         if slow is None or (self._told_by is not None and self._told_by is not found):
             slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
@@ -354,7 +362,7 @@ class MagnetometerExperiment(Experiment):
         """See ``Experiment``: the sensor's bias wanders, and the field differs between places."""
         if found.balance.freedom.min() < 1.0:
             return None
-        slow = self.slow_errors(found)
+        slow = self._told(found)
         if slow is None:
             return None
         by_errors = slow.covariance([self._fitted(found)])
