@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.run.session_replay import SessionReplay
 from imucal_wizard.sessions import KeptSession
@@ -31,7 +31,7 @@ LIMITED = ("/bin/sh", "-c", 'ulimit -f "$1"; shift; exec "$@"', "sh")
 def run(full: bool) -> Outcome:
     """Run the wizard unattended where there is too little room."""
     chance, outcome = np.random.default_rng(3), Outcome()
-    for _ in range(ROUNDS[full]):
+    for _ in CLOCK.attempts(ROUNDS[full]):
         outcome.count(_session(chance, limited=True))
         if os.geteuid() == 0:  # who else may mount a small disk?
             outcome.count(_session(chance, limited=False))
