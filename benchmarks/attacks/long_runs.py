@@ -140,8 +140,8 @@ def stream(seconds: float, outcome: Outcome) -> None:
     outcome.count(f"the process grew by {grown:.0f} MiB" if grown > MAX_GROWTH_MIB else "")
     outcome.count(f"{more} descriptors more" if more > 0 else "")
     outcome.notes.append(
-        f"{count / RATE / 3600:.1f} h of samples at {(count - tenth) / passed:,.0f} samples/s: grown by"
-        f" {grown:.0f} MiB and {more} descriptors after the first tenth"
+        f"{count / RATE / 3600:.1f} h of samples at {(count - tenth) / passed:,.0f} samples/s:"
+        f" grown by {grown:.0f} MiB and {more} descriptors after the first tenth"
     )
 
 
