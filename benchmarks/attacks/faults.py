@@ -31,7 +31,8 @@ PLACES = (
 )
 """Module, class and method that fails, at one of its first so many calls."""
 READING = 9.806651
-PATIENCE = 120.0
+PATIENCE = 600.0
+"""Seconds until a run has ended, however busy the machine is."""
 CODE = f"""
 import sys
 from importlib import import_module

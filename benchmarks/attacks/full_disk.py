@@ -23,7 +23,8 @@ SESSION_KIB = 60, 2400
 """Room that a session finds; a whole one needs more."""
 RESULT_KIB = 4, 200
 """Room that a calibration finds; it needs about 260."""
-PATIENCE = 120.0
+PATIENCE = 600.0
+"""Seconds until a run has ended, however busy the machine is."""
 LIMITED = ("/bin/sh", "-c", 'ulimit -f "$1"; shift; exec "$@"', "sh")
 """Runs a command whose files cannot become larger than so many blocks of 512 bytes."""
 
