@@ -36,8 +36,7 @@ def parser() -> Parser:
     made.add_argument(
         "--over",
         choices=("date", "temperature"),
-        default="date",
-        help="what to plot it over (default %(default)s)",
+        help="what to plot it over (default date)",
     )
     add_sessions(made)
     add_json(made)
@@ -49,6 +48,8 @@ def run(argv: Sequence[str]) -> int:
     arguments = parser().parse_args(argv)
     if arguments.view and arguments.name is None:
         raise UsageError("--view plots a parameter of one device: devices NAME --view bias_x")
+    if arguments.over and not arguments.view:
+        raise UsageError("--over belongs to --view: devices NAME --view bias_x --over temperature")
     spare_others(arguments)
     from imucal_wizard.report import history_text as words
     from imucal_wizard.sessions.catalogue import Catalogue
@@ -68,7 +69,9 @@ def run(argv: Sequence[str]) -> int:
             if arguments.view:
                 named = words.parameter_named(history, arguments.view)
                 size = PLOT_COLUMNS, PLOT_ROWS
-                text = "\n".join(words.course_plot(history, *named, *size, arguments.over))
+                text = "\n".join(
+                    words.course_plot(history, *named, *size, arguments.over or "date")
+                )
     answer(arguments.json, document, text)
     for one in notes:
         note(f"note: {one}")

@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from imucal_wizard.core.dates import day_text
-from imucal_wizard.core.quantities import number, plus_minus, quantity, readable
+from imucal_wizard.core.quantities import quantity, readable
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.device_history import own_key
-from imucal_wizard.report.history_text import drift_notes, verdict_word
+from imucal_wizard.report.history_text import drift_cells, drift_notes, verdict_word
 from imucal_wizard.sessions.drift import Drift, parameter_drifts
 from imucal_wizard.sessions.history import DeviceHistory
 
@@ -58,9 +58,5 @@ def _recheck_row(checked: float, document: Mapping[str, Any]) -> list[str]:
 
 
 def _drift_row(name: str, one: Drift) -> list[str]:
-    factor, sign = readable(one.unit)
-    error = None if one.standard_error is None else factor * one.standard_error
-    slope = 0.0 if one.per_month is None else factor * one.per_month
-    spread = "–" if one.spread is None else number(one.spread * factor, 2)
-    chance = "–" if one.p is None else number(one.p, 2)
-    return [name.replace("_", " "), str(one.dates), plus_minus(slope, error), spread, sign, chance]
+    slope, spread, chance = drift_cells(one)
+    return [name.replace("_", " "), str(one.dates), slope, spread, readable(one.unit)[1], chance]

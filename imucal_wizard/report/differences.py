@@ -27,6 +27,7 @@ from imucal_wizard.estimate.gauge import triangular
 from imucal_wizard.estimate.parameters import triangular_parameters, with_errors
 from imucal_wizard.model.effect import SENSORS
 from imucal_wizard.report.calibration_file import Calibration, Sensor, read_calibration
+from imucal_wizard.report.tables import fitting_widths, table_row
 
 DIFF_SCHEMA = "imucal-wizard/diff/1"
 MAX_PER_CENT = 10_000.0
@@ -328,22 +329,23 @@ def difference_table(
     notes: Sequence[str],
 ) -> str:
     """The differences as text, one row per parameter."""
-    lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
+    many = len(files) > 2
+    heads = ("mean", "scatter", "predicted", "p") if many else ("1", "2", "2 − 1", "%", "p")
+    table: list[tuple[str, ...]] = []
     marked = total = 0
     for sensor, rows in found.items():
-        many = len(files) > 2
-        heads = ("mean", "scatter", "predicted", "p") if many else ("1", "2", "2 − 1", "%", "p")
-        widths = (14, 14, 14, 9) if many else (12, 12, 21, 7, 8)
-        lines += ["", f"{sensor.upper():20}" + _cells(heads, widths)]
+        table += [(), (sensor.upper(), *heads)]
         for name, one in rows.items():
             total += one.p is not None
             odd = one.p is not None and one.p < SIGNIFICANT
             marked += odd
-            cells = _many(one) if many else _two(one)
-            label = f"{'▸' if odd else ' '} {name}"
             unit = "" if one.unit == "1" else f" [{one.unit}]"
-            lines.append(f"{label + unit:20}" + _cells(cells, widths))
-    what = "scatter more than their standard errors predict" if len(files) > 2 else "differ"
+            label = f"{'▸' if odd else ' '} {name}{unit}"
+            table.append((label, *(_many(one) if many else _two(one))))
+    widths = fitting_widths(table)
+    lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
+    lines += [table_row(cells, widths) if cells else "" for cells in table]
+    what = "scatter more than their standard errors predict" if many else "differ"
     expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.1f} expected by chance)"
     lines += [
         "",
@@ -373,7 +375,3 @@ def _many(one: Difference) -> tuple[str, ...]:
 
 def _chance(p: float | None) -> str:
     return "<1e−9" if p is not None and p < 1e-9 else number(p, 2)
-
-
-def _cells(texts: Sequence[str], widths: Sequence[int]) -> str:
-    return "".join(f"{text:>{width}}" for text, width in zip(texts, widths, strict=True))

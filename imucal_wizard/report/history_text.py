@@ -1,5 +1,6 @@
 """Sessions, devices and the history of a device, as text and as JSON documents."""
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.guide.kinds import TITLES
 from imucal_wizard.guide.wording import plural
 from imucal_wizard.report.plot import scatter
+from imucal_wizard.report.tables import fitting_widths, table_row
+from imucal_wizard.report.text import TEXT_COLUMNS
 from imucal_wizard.sessions import SUFFIX, SessionInfo
 from imucal_wizard.sessions.drift import Drift, parameter_course, parameter_drifts, temperature_note
 from imucal_wizard.sessions.history import DeviceHistory, KnownDevice
@@ -33,7 +36,7 @@ MARKED = 0.01
 """Probability by chance below which a drift is marked."""
 OVER = ("date", "temperature")
 """What a parameter is plotted over."""
-_SESSION_WIDTHS = (19, 16, 15, 9, 5)
+_SESSION_WIDTHS = (-19, -16, -15, -9, -5)
 _WORST_FIRST = (Grade.NOT_USABLE, Grade.DOUBTFUL, Grade.GOOD)
 
 
@@ -62,25 +65,17 @@ def session_table(sessions: Sequence[SessionInfo], folder: Path) -> str:
     if not sessions:
         return f"no sessions in {folder}"
     heads = ("SESSION", "DATE", "DEVICE", "STEP", "HOLDS")
-    rows = [_row(heads, _SESSION_WIDTHS, "VERDICT")]
+    rows = [table_row((*heads, "VERDICT"), _SESSION_WIDTHS)]
     problems = []
     for one in sessions:
         name = sanitise(one.path.name.removesuffix(SUFFIX))
         device = one.description.named or one.source
         step = TITLES.get(one.step, one.step)
         cells = (name, date_text(one.created), device, step, str(one.holds))
-        rows.append(_row(cells, _SESSION_WIDTHS, session_state(one)))
+        rows.append(table_row((*cells, session_state(one)), _SESSION_WIDTHS))
         if one.problem and not one.busy:
             problems.append(f"▲ {one.problem}")
     return "\n".join([*rows, "", *problems, f"{plural(len(sessions), 'session')} in {folder}"])
-
-
-def _row(cells: Sequence[str], widths: Sequence[int], last: str) -> str:
-    fitted = [
-        f"{cell if len(cell) <= width else cell[: width - 1] + '…':<{width}}"
-        for cell, width in zip(cells, widths, strict=True)
-    ]
-    return " ".join([*fitted, last]).rstrip()
 
 
 def sessions_document(
@@ -111,9 +106,9 @@ def sessions_document(
     }
 
 
-_DEVICE_WIDTHS = (22, 16, 12, 8, 8)
-_CALIBRATION_WIDTHS = (11, 13, 10, 10, 10)
-_RECHECK_WIDTHS = (16, 12)
+_DEVICE_WIDTHS = (-22, -16, -12, -8, -8)
+_CALIBRATION_WIDTHS = (-11, -13, -10, -10, -10)
+_RECHECK_WIDTHS = (-16, -12)
 
 
 def device_table(devices: Sequence[KnownDevice], folder: Path) -> str:
@@ -121,10 +116,11 @@ def device_table(devices: Sequence[KnownDevice], folder: Path) -> str:
     if not devices:
         return f"no devices in {folder}: name the device when you save a calibration"
     heads = ("DEVICE", "SERIAL", "CALIBRATIONS", "RECHECKS", "SESSIONS")
-    rows = [_row(heads, _DEVICE_WIDTHS, "LAST")]
+    rows = [table_row((*heads, "LAST"), _DEVICE_WIDTHS)]
     for one in devices:
         counts = (str(one.calibrations), str(one.rechecks), str(one.sessions))
-        rows.append(_row((one.name, one.serial, *counts), _DEVICE_WIDTHS, day_text(one.last)))
+        cells = (one.name, one.serial, *counts, day_text(one.last))
+        rows.append(table_row(cells, _DEVICE_WIDTHS))
     return "\n".join([*rows, "", f"{plural(len(devices), 'device')} in {folder}"])
 
 
@@ -155,11 +151,15 @@ def history_text(history: DeviceHistory) -> str:
     if history.calibrations:
         blocks += [_calibration_rows(history), _parameter_rows(history)]
     if history.rechecks:
-        rows = [_row(("RECHECK", "VERDICT"), _RECHECK_WIDTHS, "")]
+        rows = [table_row(("RECHECK", "VERDICT"), _RECHECK_WIDTHS)]
+        indent = sum(map(abs, _RECHECK_WIDTHS)) + len(_RECHECK_WIDTHS)
         for one in history.rechecks:
             says = str(one.document.get("says") or "").splitlines()
-            cells = (date_text(one.checked), one.verdict.upper())
-            rows.append(_row(cells, _RECHECK_WIDTHS, says[0] if says else ""))
+            text, room = says[0] if says else "", TEXT_COLUMNS - indent
+            first, *others = textwrap.wrap(text, room, break_on_hyphens=False) or [""]
+            cells = (date_text(one.checked), one.verdict.upper(), first)
+            rows.append(table_row(cells, _RECHECK_WIDTHS))
+            rows += [f"{'':{indent}}{text}" for text in others]
         blocks.append("\n".join(rows))
     if history.sessions:
         blocks.append(session_table(history.sessions[::-1], history.sessions[0].path.parent))
@@ -168,7 +168,7 @@ def history_text(history: DeviceHistory) -> str:
 
 def _calibration_rows(history: DeviceHistory) -> str:
     heads = ("CALIBRATED", "SENSOR", "AS FOUND", "AS LEFT", "VERDICT")
-    rows = [_row(heads, _CALIBRATION_WIDTHS, "TEMPERATURE")]
+    rows = [table_row((*heads, "TEMPERATURE"), _CALIBRATION_WIDTHS)]
     for one in history.calibrations:
         date, warm = day_text(one.measured), ""
         if one.temperature is not None:
@@ -176,7 +176,7 @@ def _calibration_rows(history: DeviceHistory) -> str:
         for name, sensor in one.sensors.items():
             errors = (quantity(e, sensor.unit) for e in (sensor.as_found, sensor.error))
             verdict = verdict_word({name: sensor.grade} if sensor.grade else {})
-            rows.append(_row((date, name, *errors, verdict), _CALIBRATION_WIDTHS, warm))
+            rows.append(table_row((date, name, *errors, verdict, warm), _CALIBRATION_WIDTHS))
             date = warm = ""
         about = "  ".join(text for text in (one.place, one.operator, one.note) if text)
         if about:
@@ -192,19 +192,12 @@ def _parameter_rows(history: DeviceHistory) -> str:
         table.append((sensor, "", "", "", ""))
         for name, one in parameters.items():
             factor, sign = readable(one.unit)
-            newest, per_month = (
-                "–" if value is None else plus_minus(value * factor, _times(error, factor))
-                for value, error in (
-                    (one.newest, one.newest_error),
-                    (one.per_month, one.standard_error),
-                )
-            )
+            newest = plus_minus(one.newest * factor, _times(one.newest_error, factor))
             mark = "▸" if one.p is not None and one.p < MARKED else " "
             label = f"{mark} {name}{f' [{sign}]' if sign else ''}"
-            spread = "–" if one.spread is None else number(one.spread * factor, 2)
-            table.append((label, newest, per_month, spread, _chance(one)))
-    widths = [max(map(len, column)) for column in zip(*table, strict=True)][:-1]
-    rows = [_row(cells[:-1], widths, cells[-1]) for cells in table]
+            table.append((label, newest, *drift_cells(one)))
+    widths = fitting_widths(table, texts=len(table[0]))
+    rows = [table_row(cells, widths) for cells in table]
     return "\n".join([*rows, *drift_notes(history, found)])
 
 
@@ -212,8 +205,14 @@ def _times(error: float | None, factor: float) -> float | None:
     return None if error is None else error * factor
 
 
-def _chance(one: Drift) -> str:
-    return "–" if one.p is None else number(one.p, 2)
+def drift_cells(one: Drift) -> tuple[str, str, str]:
+    """Drift per month with its standard error, spread and p, in the readable unit."""
+    factor = readable(one.unit)[0]
+    slope = "–"
+    if one.per_month is not None:
+        slope = plus_minus(one.per_month * factor, _times(one.standard_error, factor))
+    spread = "–" if one.spread is None else number(one.spread * factor, 2)
+    return slope, spread, "–" if one.p is None else number(one.p, 2)
 
 
 def drift_notes(

@@ -1,4 +1,4 @@
-"""The comparison of methods as a table of text."""
+"""Tables of text: rows of cells, and the comparison of methods."""
 
 import textwrap
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ from imucal_wizard.estimate.comparison import (
 BEST = "▸"
 """Marks the methods with the least held-out error."""
 _COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
-_WIDTHS = (13, 13, 10, 10, 12)
+_WIDTHS = (-20, 12, 12, 9, 9, 11)
 _NOTE = (
     f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Errors: of "
     "|corrected| − g over holds; of the gyroscope's closure over rotations (offset: rate at rest); "
@@ -22,6 +22,35 @@ _NOTE = (
     "(N's figure of merit), on what was held out where something was. M and b off by: largest "
     "difference from the first method's matrix, as a share of it, and from its bias."
 )
+
+
+def table_row(cells: Sequence[str], widths: Sequence[int]) -> str:
+    """Cells side by side.
+
+    Args:
+        cells: as many as the widths, or more; those beyond them stand at the end as they are.
+        widths: columns of each cell. One of a positive width is a number and ends there; one of a
+            negative width is a text, which begins there and ends in an ellipsis if it is too long.
+    """
+    fitted = []
+    for cell, width in zip(cells, widths, strict=False):
+        text = cell if width >= 0 or len(cell) <= -width else cell[: -width - 1] + "…"
+        fitted.append(f"{text:{'>' if width >= 0 else '<'}{abs(width)}}")
+    return " ".join([*fitted, *cells[len(widths) :]]).rstrip()
+
+
+def fitting_widths(rows: Sequence[Sequence[str]], texts: int = 1) -> list[int]:
+    """Widths for ``table_row`` in which every cell has room.
+
+    Args:
+        rows: of the table; a shorter one has no cells in the last columns.
+        texts: how many columns from the left are texts.
+    """
+    columns = [
+        [row[place] for row in rows if place < len(row)] for place in range(max(map(len, rows)))
+    ]
+    widths = [max(map(len, cells)) for cells in columns]
+    return [-width if place < texts else width for place, width in enumerate(widths)]
 
 
 def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
@@ -37,10 +66,11 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
     for sensor in dict.fromkeys(row.sensor for row in rows):
         mine = [row for row in rows if row.sensor == sensor]
         first = next((row for row in mine if row.fit is not None), mine[0])
-        lines.append(f"{sensor.upper():20}{_cells(_COLUMNS)}")
+        lines.append(table_row((sensor.upper(), *_COLUMNS), _WIDTHS))
         if first.fit is not None and first.fit.rms_before is not None:
             named = "scale and bias" if first.fit.before_note else "not calibrated"
-            lines.append(f"  {named:18}{quantity(first.fit.rms_before, first.fit.unit):>13}")
+            before = quantity(first.fit.rms_before, first.fit.unit)
+            lines.append(table_row((f"  {named}", before), _WIDTHS))
         best = least_held_out(mine)
         for row in mine:
             mark = BEST if row in best else " "
@@ -61,11 +91,7 @@ def _row(row: MethodRow, first: MethodRow, width: int) -> list[str]:
         "–" if relative is None else f"{100.0 * relative:.3f} %",
         *_off(row, first),
     ]
-    return [f"  {name:18}{_cells(cells)}".rstrip()]
-
-
-def _cells(texts: Sequence[str]) -> str:
-    return "".join(f"{text:>{width}}" for text, width in zip(texts, _WIDTHS, strict=True))
+    return [table_row((f"  {name}", *cells), _WIDTHS)]
 
 
 def _off(row: MethodRow, first: MethodRow) -> tuple[str, str]:

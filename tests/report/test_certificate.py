@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from imucal_wizard.api import load
 from imucal_wizard.cli.main import main
 from imucal_wizard.core.gravity import normal_gravity
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.estimate.parameters import triangular_parameters
 from imucal_wizard.report.calibration_file import (
     AsFound,
@@ -186,7 +188,11 @@ def test_the_history_of_the_item_is_told(tmp_path: Path) -> None:
     """Two calibrations and a recheck: the newer one found what the older one had left."""
     folder, place = tmp_path / "s", tmp_path / "my.json"
     for day in (1, 20):
-        save_in_history(shifted(day, 0.005 * day), place, folder)
+        made = shifted(day, 0.005 * day)
+        sensor = made["accelerometer"]
+        bias = {"bias_x": Value(sensor.bias[0], "m/s^2", 0.002)}
+        sensors = {"accelerometer": msgspec.structs.replace(sensor, parameters=bias)}
+        save_in_history(msgspec.structs.replace(made, sensors=sensors), place, folder)
     with Catalogue(folder) as catalogue:
         recheck = {"schema": "imucal-wizard/recheck/1", "verdict": "no-go", "says": "bias_x moved"}
         catalogue.add_recheck({"name": "arm"}, recheck | {"created": "2031-04-01"})
@@ -198,6 +204,17 @@ def test_the_history_of_the_item_is_told(tmp_path: Path) -> None:
     assert "2031-03-20 accelerometer" in said
     assert said.count("this report") == 1
     assert "NO-GO bias_x moved" in said
+    rows = [
+        re.findall(r"<td[^>]*>(.*?)</td>", row)
+        for row in re.findall(r"<tr>(.*?)</tr>", out.read_text(), re.DOTALL)
+    ]
+    found = load(place)["accelerometer"].as_found
+    assert found is not None
+    newer = ["2031-03-20", "accelerometer", quantity(found.error, "m/s^2"), "0.0102 mg"]
+    assert [*newer, "not judged", "this report"] in rows
+    # 0.095 m/s² in 19 days, each value ± 0.002 m/s², in mg per month of 30.44 days
+    assert ["accelerometer", "bias x", "2", "15.52 ± 0.46", "–", "mg", "–"] in rows
+    assert ["2031-04-01", "NO-GO", "bias_x moved"] in rows
     assert main(["report", str(place), "-o", str(out), "--sessions", str(tmp_path / "t")]) == 0
     assert "History of the item" not in Visible(out.read_text()).text
 
@@ -284,7 +301,7 @@ def test_another_file_is_not_overwritten(
     reported(tmp_path, full())  # its own report is
     (tmp_path / "report.html").write_text("<html>mine</html>")
     assert main(["report", str(tmp_path / "my.json"), "-o", str(tmp_path / "report.html")]) == 2
-    assert "no calibration report" in capsys.readouterr().err
+    assert "is not a calibration report" in capsys.readouterr().err
     assert "mine" in (tmp_path / "report.html").read_text()
 
 

@@ -430,6 +430,22 @@ def test_px4_compensates_the_field_of_the_motors(
         write_export(calibration(felt=False), "px4", tmp_path / "w", present)
 
 
+def test_the_files_of_an_earlier_calibration_are_written_over_together(tmp_path: Path) -> None:
+    """Adafruit's JSON and packet belong together; one of them may be gone."""
+    path, packet = tmp_path / "c.json", tmp_path / "c-packet.bin"
+    write_export(calibration(felt=False), "adafruit", path)
+    before = path.read_text()
+    for gone in (None, path, packet):
+        if gone is not None:
+            gone.unlink()
+        write_export(warm(calibration(felt=False)), "adafruit", path)
+        assert path.read_text() != before
+        assert packet.exists()
+    packet.write_bytes(b"mine")
+    with pytest.raises(UsageError, match="is not a file for adafruit"):
+        write_export(calibration(felt=False), "adafruit", path)
+
+
 def test_a_file_of_another_kind_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "notes.yaml"
     path.write_text("keep: this\n")

@@ -191,6 +191,7 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
         parameters=tuple(_parameter(one, rows, data) for one in data.full.parameters),
         rms_fitted=root_mean_square(closure),
         rms_held_out=None if out is None else root_mean_square(out),
+        held_out_interval=None,
         not_held_out=""
         if out is not None
         else f"the {method} approach needs every rotation there is about {', '.join(needed)}, so "

@@ -209,7 +209,7 @@ def write_export(
     smaller, lost, again = reduced(calibration, target.keeps)
     files = target.write(smaller, settings)
     places = {tail: path.with_name(path.stem + tail) if tail else path for tail in files}
-    _spare_others(target, files, places, settings)
+    _spare_others(target, places, settings)
     proof = Proof(calibration)
     before = proof.errors(nominal(calibration), frame=False)
     full = proof.errors(own(calibration), frame=False)
@@ -280,21 +280,22 @@ def _check_present(target: ExportTarget, present: bytes | None) -> None:
 
 
 def _spare_others(
-    target: ExportTarget, files: Files, places: Mapping[str, Path], settings: ExportSettings
+    target: ExportTarget, places: Mapping[str, Path], settings: ExportSettings
 ) -> None:
     """Refuse to overwrite anything but an earlier export to the same target.
 
     Raises:
         UsageError: there is another file of this name.
     """
-    for tail, place in places.items():
+    there = {tail: place for tail, place in places.items() if place.exists()}
+    for place in there.values():
         if place.is_dir():
             raise UsageError(f"{place} is a folder; give a file in it")
-        if not place.exists():
-            continue
-        try:
-            target.read({**files, tail: place.read_bytes()}, settings)
-        except (OSError, ValueError, LookupError, TypeError) as error:
-            raise UsageError(
-                f"{place} exists and is not a file for {target.name}: give another name"
-            ) from error
+    try:
+        if there:
+            target.read({tail: place.read_bytes() for tail, place in there.items()}, settings)
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        names = " or ".join(map(str, there.values()))
+        raise UsageError(
+            f"{names} exists and is not a file for {target.name}: give another name"
+        ) from error
