@@ -249,7 +249,7 @@ def test_a_session_that_nobody_closes_is_closed_at_the_end_of_the_program(
 ) -> None:
     """As one is whose program is left while its source is being opened."""
     at_the_end: list[Callable[[], None]] = []
-    monkeypatch.setattr(journal.atexit, "register", at_the_end.append)
+    monkeypatch.setattr("atexit.register", at_the_end.append)
     path = tmp_path / "a.imucal"
     kept = Journal(Session.create(path, {"asked": {}, "setup": {}, "settings": {}}))
     assert len(list(tmp_path.iterdir())) > 1  # the log, which SQLite removes when it closes a file
