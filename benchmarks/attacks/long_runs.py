@@ -124,7 +124,7 @@ def stream(seconds: float, outcome: Outcome) -> None:
     reader = Reader(source, engine)
     reader.start()
     reader.command("start")
-    while source.left > 0.9 * count:
+    while source.left > 0.9 * count and time.monotonic() < CLOCK.end:
         time.sleep(0.1)
     tenth = count - source.left
     memory, files, begin = _memory(), _descriptors(), time.monotonic()
