@@ -230,7 +230,7 @@ class Killed:
                 os.kill(terminal.pid, signal.SIGKILL)
                 terminal.wait(PATIENCE)
                 self._before = Shown.on(terminal.text)
-            yield missing or self._unwritten()
+            yield missing or self._unwritten(resumed)
             self._device.next = lines_held(self._path)
 
     def _started(self) -> Terminal:
@@ -280,9 +280,14 @@ class Killed:
             return ""
         return f"{before} was shown, after it {resumed}"
 
-    def _unwritten(self) -> str:
-        """The notice that was shown and is not in the session."""
+    def _unwritten(self, resumed: Shown) -> str:
+        """The notice that was shown and is not in the session.
+
+        A notice that the resumed program has shown at once was found again in the bytes.
+        """
         notice = self._before.notice
+        if notice == resumed.notice:
+            return ""
         with closing(sqlite3.connect(self._path)) as connection:
             written = {text for (text,) in connection.execute("SELECT text FROM event")}
         return f"{notice!r} was shown and is not kept" if notice and notice not in written else ""
