@@ -38,7 +38,7 @@ def attacks() -> dict[int, ModuleType]:
 def line(module: ModuleType, outcome: Outcome) -> str:
     """The line of the table, and the notes and first losses below it."""
     counts = f"{outcome.tries:>9,}{outcome.survived:>10,}{len(outcome.lost):>6,}{'lost 0':>10}"
-    losses = [f"lost: {text}" for text in outcome.lost[:SHOWN_LOSSES]]
+    losses = [f"lost: {text.splitlines()[0]}" for text in outcome.lost[:SHOWN_LOSSES]]
     below = "".join(f"\n      {text}" for text in (*outcome.notes, *losses))
     return f"{module.NUMBER:>2}  {module.ATTACK:<62}{counts}{below}"
 
