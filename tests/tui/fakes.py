@@ -278,7 +278,7 @@ def report(validated: bool = False) -> FitReport:
     eye = np.eye(3)
     accelerometer = SensorFit(
         "accelerometer", ("bias", "scale", "non-orthogonality"), "least_squares", "own",
-        eye * 1.01, np.array([0.1, -0.2, 0.05]), "m/s^2",
+        eye / 0.991, np.array([0.1, -0.2, 0.05]), "m/s^2",
         (
             Parameter("bias_x", 0.1, 0.0004, "m/s^2", True, 0.0006),
             Parameter("sensitivity_x", 0.991, 0.00005, ""),
@@ -291,7 +291,7 @@ def report(validated: bool = False) -> FitReport:
     )  # fmt: skip
     gyroscope = SensorFit(
         "gyroscope", ("bias", "scale", "non-orthogonality"), "vector", "accelerometer",
-        eye, np.zeros(3), "rad/s",
+        eye, np.array([0.01, 0.0, 0.0]), "rad/s",
         (Parameter("bias_x", 0.01, 0.0001, "rad/s"),),
         "rad", 0.0838, 0.0091, 0.0108, 0.0018, rng.normal(0, 0.009, 18),
     )  # fmt: skip

@@ -75,15 +75,16 @@ def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
     wait_for(lambda: not listed(tmp_path)[0].busy)
     (session,) = listed(tmp_path)
     assert session.description == Description("arm", "7", operator="A. B.")
-    saved = workshop.save(fakes.report())
+    report = replace(fakes.report(), holds=())
+    saved = workshop.save(report)
     made = read_calibration(saved.path)
     assert made.device is not None
     assert (made.device.name, made.device.serial, made.operator) == ("arm", "7", "A. B.")
     assert (made.session, made.gravity.value) == (session.path.name, STANDARD_GRAVITY)
     assert "kept in the history of arm" in saved.says
-    assert workshop.save(fakes.report()).path == saved.path, "an equal file is kept"
+    assert workshop.save(report).path == saved.path, "an equal file is kept"
     workshop.describe(Description("arm", "7", note="after a fall"))
-    assert workshop.save(fakes.report()).path == saved.path, "no other calibration by its note"
+    assert workshop.save(report).path == saved.path, "no other calibration by its note"
     assert read_calibration(saved.path).note == "after a fall"
     with Catalogue(tmp_path) as catalogue:
         (kept,) = catalogue.history("arm").calibrations
@@ -100,6 +101,15 @@ def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
     assert again.description == Description("arm", "7", operator="A. B.")
     reopened.start()
     reopened.stop()
+
+
+def test_a_recheck_is_of_the_device_that_was_calibrated(tmp_path: Path) -> None:
+    saved = shifted(1, 0.0).save(tmp_path / "my.json")
+    services = WizardServices(WizardOptions(sessions=tmp_path / "s", recheck=saved))
+    source = services.open_source(SourceChoice(SourceKind.PORT, "/dev/nothing"))
+    assert services.description == Description("arm")
+    source.start()
+    source.stop()
 
 
 def test_a_recheck_that_is_opened_again_has_its_calibration_and_its_limits(tmp_path: Path) -> None:
