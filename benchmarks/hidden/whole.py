@@ -56,11 +56,25 @@ def terms_of(sensor: str) -> list[str]:
     return [one.name for one in effects_for(sensor) if one.name not in NEVER]
 
 
-def benches_of(seed: int, grade: str, hidden: Sequence[Hidden], poses: str = POSES) -> Benches:
-    """One recording of the virtual sensor of a seed, as the program reads and fits it."""
+def benches_of(
+    seed: int,
+    grade: str,
+    hidden: Sequence[Hidden],
+    poses: str = POSES,
+    device: int | None = None,
+) -> Benches:
+    """One recording of the virtual sensor of a seed, as the program reads and fits it.
+
+    Args:
+        seed: of the recording.
+        grade: of the sensor.
+        hidden: the effects in it.
+        poses: set of still poses.
+        device: seed of the sensor; None for that of the recording.
+    """
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
-        model = virtual_sensor(seed, grade)
+        model = virtual_sensor(seed if device is None else device, grade)
         simulate_recording(path, hidden=hidden, poses=poses, seed=seed, model=model)
         readings = read_files([path])
     return Benches(fit_readings(readings), readings)

@@ -19,7 +19,7 @@ from imucal_wizard.diagnose.hypotheses import UNKNOWN
 from imucal_wizard.diagnose.noise_draws import EffectInDraws, NoiseDraws, Weighed
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
-from imucal_wizard.diagnose.significance import Chances, members
+from imucal_wizard.diagnose.significance import Chances, likely_noise, members
 from imucal_wizard.diagnose.verdict import (
     MAX_NOISE_PROBABILITY,
     MAX_UNKNOWN_PROBABILITY,
@@ -135,7 +135,14 @@ class Detectability:
 
     @cached_property
     def _draws(self) -> NoiseDraws:
-        return NoiseDraws(self._hypotheses, self._noise)
+        misfit, frame = self._misfit, self._hypotheses.frame
+        rows = misfit.independent.measured(np.eye(len(misfit)))
+        coordinates = frame.across.T @ misfit.whitened(rows)
+        noise = misfit.minimum.experiment.foreseen(misfit.minimum, coordinates)
+        if noise is None:
+            shares, sizes = likely_noise(self._noise)
+            noise = shares, sizes[:, None] ** 2 / np.array(frame.each_weights)
+        return NoiseDraws(self._hypotheses, *noise)
 
     @cached_property
     def _suspects(self) -> FloatArray:

@@ -23,7 +23,6 @@ from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
-from imucal_wizard.diagnose.significance import likely_noise
 
 DRAWS = 96
 """Of noise."""
@@ -104,7 +103,8 @@ class NoiseDraws:
 
     Args:
         hypotheses: the explanations of this design.
-        noise: probability of each wander and σ, shape (wanders, sigmas).
+        shares: probability of each kind of noise, shape (k,).
+        variances: of each kind along each coordinate, shape (k, m).
 
     Attributes:
         hypotheses: the explanations.
@@ -114,14 +114,13 @@ class NoiseDraws:
         every: all explanations, and the σ that such noise seems to have.
     """
 
-    def __init__(self, hypotheses: HypothesisSet, noise: FloatArray) -> None:
+    def __init__(
+        self, hypotheses: HypothesisSet, shares: FloatArray, variances: FloatArray
+    ) -> None:
         self.hypotheses = hypotheses
-        shares, sizes = likely_noise(noise)
-        wander = np.searchsorted(np.cumsum(shares), (np.arange(DRAWS) + 0.5) / DRAWS)
-        # draws of any wander stand at any place, so that a part of them represents all
-        wander = np.random.default_rng(1).permutation(wander)
-        weights = hypotheses.frame.each_weights
-        self.variance = np.stack([sizes[k] ** 2 / weights[k] for k in wander])
+        kind = np.searchsorted(np.cumsum(shares), (np.arange(DRAWS) + 0.5) / DRAWS)
+        # draws of any kind stand at any place, so that a part of them represents all
+        self.variance = variances[np.random.default_rng(1).permutation(kind)]
         white = np.random.default_rng(0).standard_normal(self.variance.shape)
         self.coordinates = white * np.sqrt(self.variance)
         along = [one.along(self.coordinates) for one in hypotheses.spectra]

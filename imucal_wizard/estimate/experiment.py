@@ -182,6 +182,22 @@ class Experiment(ABC):
         del found
         return None
 
+    def foreseen(
+        self, found: "Minimum[Experiment]", combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """What combinations of the independent rows may scatter by in another session like this.
+
+        Args:
+            found: a fit of these rows.
+            combinations: shape (m, n).
+
+        Returns:
+            Probability of each kind of noise, shape (k,), and variance of the combinations by it,
+            shape (k, m); None where the misfit itself has to tell them.
+        """
+        del found, combinations
+        return None
+
     def reference(self, found: "Minimum[Experiment]") -> "GravityReference | None":
         """Up in each hold, for the sensors that are calibrated by it."""
         del found

@@ -30,8 +30,9 @@ from imucal_wizard.estimate.slow_noise import (
     Between,
     Fitted,
     LongRest,
-    in_session,
+    SlowErrors,
     long_rest,
+    slow_errors,
     slow_rate,
     spans_of,
 )
@@ -335,6 +336,14 @@ class GyroscopeExperiment(Movable):
         fitted = found.directions.columns.any(axis=1)
         return known + np.where(np.outer(fitted, fitted), self._of_nominal_gains(found), 0.0)
 
+    def foreseen(
+        self, found: Minimum[Experiment], combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """See ``Experiment``."""
+        rests = _Rests(found, self.resting, combinations)
+        slow = rests.slow_errors(self.long_rest)
+        return None if slow is None else slow.foreseen(rests.axes, rests.between)
+
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
         whole, plain, balance = self.in_session(found), found.covariance(), found.balance
@@ -398,9 +407,6 @@ def in_session_by_rests(
 ) -> FloatArray | None:
     """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
-    The bias of each axis wanders by itself. It wanders in the rotations, too, and the rests show
-    by how much.
-
     Args:
         found: a fit whose first rows are the rates at rest.
         resting: their holds.
@@ -409,23 +415,47 @@ def in_session_by_rests(
     Returns:
         None where nothing is left to judge by.
     """
-    balance, system, spans = found.balance, found.system, spans_of(resting)
-    if balance.freedom.min() < 1.0:
-        return None
-    sources = found.experiment.sources
+    balance = found.balance
     basis, free = found.directions.columns, slice(0, len(found.directions))
-    pull, alike = basis @ found.pull()[free], np.ones(2 * (len(spans),))
-    count = len(sources[0].labels)
-    axes = [slice(axis, count, 3) for axis in range(3)]
-    turned = np.concatenate([one.labels.span for one in sources[1:]])
-    moments, which = np.unique(turned, axis=0, return_inverse=True)
-    lever = np.concatenate([rows.lever for rows in found.rows[1:]])
-    slow = np.zeros((len(system.residual), 3, len(moments)))
-    slow[np.arange(count, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
-    slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[count:]
-    out = in_session(
-        spans,
-        [
+    rests = _Rests(found, resting, basis @ found.pull()[free])
+    slow = rests.slow_errors(rest)
+    if slow is None:
+        return None
+    by_priors = (balance.covariance * balance.precision) @ balance.covariance
+    by_errors = slow.covariance(rests.axes, rests.between)
+    return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
+
+
+class _Rests:
+    """The rates at rest and the rotations between them, whose errors have the same slow part.
+
+    The bias of each axis wanders by itself. It wanders in the rotations, too, and the rests show
+    by how much.
+
+    Args:
+        found: a fit whose first rows are the rates at rest.
+        resting: their holds.
+        pull: combinations of the rows, shape (k, n).
+
+    Attributes:
+        axes: the rates at rest on each axis.
+        between: the rotations.
+    """
+
+    def __init__(
+        self, found: Minimum[Experiment], resting: Sequence[Hold], pull: FloatArray
+    ) -> None:
+        self._found, self._spans = found, spans_of(resting)
+        balance, system, sources = found.balance, found.system, found.experiment.sources
+        alike = np.ones(2 * (len(self._spans),))
+        count = len(sources[0].labels)
+        turned = np.concatenate([one.labels.span for one in sources[1:]])
+        moments, which = np.unique(turned, axis=0, return_inverse=True)
+        lever = np.concatenate([rows.lever for rows in found.rows[1:]])
+        slow = np.zeros((len(system.residual), 3, len(moments)))
+        slow[np.arange(count, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
+        slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[count:]
+        self.axes = [
             Fitted(
                 system.residual[rows],
                 system.columns[rows],
@@ -433,22 +463,21 @@ def in_session_by_rests(
                 alike,
                 pull[:, rows],
             )
-            for rows in axes
-        ],
-        measured=True,
-        rest=rest,
-        between=Between(
+            for rows in (slice(axis, count, 3) for axis in range(3))
+        ]
+        self.between = Between(
             moments,
             np.moveaxis(slow, 1, 0),
             pull[:, count:],
             system.own[count:],
             found.white_variance[count:],
-        ),
-    )
-    if out is None:
-        return None
-    by_priors = (balance.covariance * balance.precision) @ balance.covariance
-    return np.asarray(out + basis @ by_priors[free, free] @ basis.T)
+        )
+
+    def slow_errors(self, rest: LongRest | None) -> SlowErrors | None:
+        """Told from what the fit leaves; None where nothing is left to judge by."""
+        if self._found.balance.freedom.min() < 1.0:
+            return None
+        return slow_errors(self._spans, self.axes, True, rest, self.between)
 
 
 def motion_of(

@@ -264,6 +264,39 @@ class SlowErrors:
         """Whether the holds show slow errors of every kind apart from the model."""
         return all(kind.shown > MIN_LEFT_SHARE for kind in self.kinds if kind.long)
 
+    def foreseen(
+        self, fitted: Sequence[Fitted], between: Between | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the errors of another session with this sensor may be.
+
+        That none of them is slow is left out: a session in which slow errors happened to be small
+        does not show that the next one has none.
+
+        Args:
+            fitted: the fits of the same holds, with any combinations in place of the parameters.
+            between: rows between the holds, likewise.
+
+        Returns:
+            Probability of each kind and size of slow errors, shape (s,), and variance of the k
+            combinations under each, shape (s, k).
+        """
+        shares, found = [], []
+        for kind in self.kinds:
+            total = np.zeros((len(kind.weight), len(fitted[0].pull)))
+            for k, one in enumerate(fitted):
+                pull, slow = one.pull, kind.slow[k]
+                if between is not None:
+                    pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
+                    slow = kind.whole
+                total += np.outer(kind.scale[k], one.pull**2 @ self.variance[k])
+                total += np.outer(kind.size[k], ((pull @ slow) * pull).sum(axis=1))
+            if between is not None:
+                total += np.outer(kind.white, between.pull**2 @ between.variance)
+            shares.append(kind.weight[1:])
+            found.append(total[1:])
+        share = np.concatenate(shares)
+        return np.asarray(share / share.sum()), np.concatenate(found)
+
     def scaled(self, factor: float) -> "SlowErrors":
         """The same in a unit of which the old one is so many."""
         kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)

@@ -117,6 +117,23 @@ def test_the_errors_of_holds_are_the_same_whatever_a_second_fit_weighs_them_by()
     assert found.covariance([second]) == pytest.approx(found.covariance([first]))
 
 
+def test_the_next_session_may_have_slow_errors_although_this_one_shows_none() -> None:
+    """Of white errors: a slow combination of holds is foreseen less certain than a fast one."""
+    rng, spans, ones = np.random.default_rng(4), _regular(60), np.ones((60, 1))
+    left = rng.standard_normal(60)
+    left -= left.mean()
+    fitted = Fitted(left, ones, np.ones(60), np.ones((60, 60)), ones.T / 60.0, np.ones(60))
+    found = slow_errors(spans, [fitted], False)
+    assert found is not None
+    halves, turns = np.repeat([1.0, -1.0], 30), np.tile([1.0, -1.0], 30)
+    combinations = np.array([halves, turns]) / np.sqrt(60.0)
+    shares, variances = found.foreseen([replace(fitted, pull=combinations)])
+    assert shares.sum() == pytest.approx(1.0)
+    slow, fast = shares @ variances
+    assert 1.2 * left.var() < slow < 10.0 * left.var()
+    assert fast == pytest.approx(left.var(), rel=0.3)
+
+
 def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
     """Ninety seconds under three sizes of a random walk: the true one of five is the likeliest."""
     rng, sizes = np.random.default_rng(8), np.array([0.0, 1.0, 10.0, 100.0, 1000.0])

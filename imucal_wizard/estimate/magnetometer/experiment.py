@@ -80,8 +80,8 @@ class MagnetometerExperiment(Experiment):
         data: what was measured.
         alignment: how the sensor lies in the accelerometer's frame; None for its own frame.
         poses: still poses in that frame, whose dip is one; None without any.
-        slow_errors: what of the errors of the rows is slow, told by a fit of them; None where none
-            of it matters, or before a fit.
+        known: what of the errors of the rows is slow, told by a fit of them; None where none of it
+            matters, or before a fit.
         loading: by how much the latent slow errors move the rows, shape (n, m).
     """
 
@@ -95,7 +95,7 @@ class MagnetometerExperiment(Experiment):
         data: FieldData,
         alignment: Alignment | None = None,
         poses: "StillPoses | None" = None,
-        slow_errors: SlowErrors | None = None,
+        known: SlowErrors | None = None,
         loading: FloatArray | None = None,
     ) -> None:
         self.data, self.unit, self.gravity = data, data.unit, data.gravity
@@ -117,7 +117,7 @@ class MagnetometerExperiment(Experiment):
             )
         time = data.circumstances.time
         count = len(data)
-        self._slow_errors = slow_errors
+        self._slow_errors = known
         self._told_by: Minimum[Experiment] | None = None
         loading = np.zeros((count, 0)) if loading is None else loading
         self.magnitude = FieldMagnitude(
@@ -230,7 +230,7 @@ class MagnetometerExperiment(Experiment):
         factor = data.field / self.data.field
         slow = None if self._slow_errors is None else self._slow_errors.scaled(factor)
         loading = factor * self.magnitude.loading
-        return MagnetometerExperiment(data, slow_errors=slow, loading=loading)
+        return MagnetometerExperiment(data, known=slow, loading=loading)
 
     @property
     def slow_noise_measured(self) -> bool | None:  # type: ignore[override]  # told by a fit
@@ -343,16 +343,29 @@ class MagnetometerExperiment(Experiment):
             return self.unit
         return "1" if self.unit == self.error_unit else f"{self.error_unit}/{self.unit}"
 
+    def foreseen(
+        self, found: "Minimum[Experiment]", combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """See ``Experiment``."""
+        slow = self._told(found)
+        fitted = replace(self._fitted(found), pull=combinations)
+        return None if slow is None else slow.foreseen([fitted])
+
+    def _told(self, found: "Minimum[Experiment]") -> SlowErrors | None:
+        """What of the errors of the rows is slow."""
+        slow = self._slow_errors
+        if slow is None or (self._told_by is not None and self._told_by is not found):
+            slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
+        return slow
+
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """See ``Experiment``: the sensor's bias wanders, and the field differs between places."""
         if found.balance.freedom.min() < 1.0:
             return None
-        fitted, slow = [self._fitted(found)], self._slow_errors
-        if slow is None or (self._told_by is not None and self._told_by is not found):
-            slow = slow_errors(self._spans, fitted, measured=False)
+        slow = self._told(found)
         if slow is None:
             return None
-        by_errors = slow.covariance(fitted)
+        by_errors = slow.covariance([self._fitted(found)])
         basis, free = found.directions.columns, slice(0, len(found.directions))
         balance = found.balance
         precision = np.where(found.slow, 0.0, balance.precision)
