@@ -75,7 +75,7 @@ def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
     wait_for(lambda: not listed(tmp_path)[0].busy)
     (session,) = listed(tmp_path)
     assert session.description == Description("arm", "7", operator="A. B.")
-    report = replace(fakes.report(), holds=())
+    report = fakes.report()
     saved = workshop.save(report)
     made = read_calibration(saved.path)
     assert made.device is not None
