@@ -16,8 +16,9 @@ from hypothesis import settings
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # a busy machine may take any time for an example; pytest's own time limit finds what hangs
-settings.register_profile("no-deadline", deadline=None)
-settings.load_profile("no-deadline")
+settings.register_profile("usual", deadline=None, max_examples=50)
+settings.register_profile("thorough", deadline=None, max_examples=1000)
+settings.load_profile("usual")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -71,6 +72,17 @@ def simulations_made_once() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Chances, "_simulated", once)
         yield
+
+
+@pytest.fixture
+def rough_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Find the sizes that show from few draws, for tests of what else a bench tells."""
+    from imucal_wizard.diagnose import noise_draws, significance
+
+    for name in ("DRAWS", "MIN_DRAWS", "PILOTS"):
+        monkeypatch.setattr(noise_draws, name, 8)
+    monkeypatch.setattr(noise_draws, "MAX_CHANGE", 0.3)
+    monkeypatch.setattr(significance, "SIMULATIONS", 100)
 
 
 if TYPE_CHECKING:  # there are systems without pseudo-terminals, on which other tests run

@@ -83,13 +83,16 @@ def told(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     """What the Python interface and the commands tell; real recordings only where they are."""
     case, folder = CASES[request.param], tmp_path_factory.mktemp("told")
     words = (*(str(located(file)) for file in case.files), *case.reading.split())
-    fit = iw.calibrate(recording_of(parser().parse_args(words)))
+    recording = recording_of(parser().parse_args(words))
+    fit = iw.calibrate(recording)
     first, diagnosis = fit.calibration.sensors, iw.diagnose(fit)
     documents, statuses, texts, saved = {}, {}, {}, folder / "saved.json"
     for command in ALIKE_COMMANDS:
         path = folder / f"{command}.json"
         saving = ["--save", str(saved)] if command == "fit" else []
-        with redirect_stdout(StringIO()) as printed:
+        with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
+            # read once: to read and replay the longest takes seconds
+            patch.setattr("imucal_wizard.api.Recording", lambda *_, **__: recording)
             statuses[command] = main([command, *words, *saving, "--json", str(path)])
         documents[command] = json.loads(path.read_text())
         texts[command] = printed.getvalue()

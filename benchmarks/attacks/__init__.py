@@ -4,8 +4,33 @@ A module has ``NUMBER`` (its place in the table), ``ATTACK`` (what is done to th
 characters at most) and ``run(full)``, which makes the attempts and returns their ``Outcome``.
 """
 
-from collections.abc import Iterable
+import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+
+
+class Clock:
+    """When an attack makes no further attempts.
+
+    Attributes:
+        end: on ``time.monotonic``.
+    """
+
+    end = float("inf")
+
+    def allow(self, minutes: float) -> None:
+        """Let the attempts of the next attack begin within so many minutes."""
+        self.end = time.monotonic() + 60.0 * minutes
+
+    def attempts(self, count: int) -> Iterator[int]:
+        """The numbers of so many attempts, or of those that begin in time; there is a first one."""
+        for number in range(count):
+            if number and time.monotonic() > self.end:
+                return
+            yield number
+
+
+CLOCK = Clock()
 
 
 @dataclass

@@ -1,7 +1,8 @@
-"""The table of attacks: ``python -m benchmarks.attacks [--full] [NUMBER …]``.
+"""The table of attacks: ``python -m benchmarks.attacks [--full] [--minutes M] [NUMBER …]``.
 
 Without ``--full`` each attack makes few attempts. With it the attempts are those that the table in
-``results/attacks.txt`` promises, and the lines of the attacks that ran are replaced there.
+``results/attacks.txt`` promises, and the lines of the attacks that ran are replaced there; after
+``--minutes`` an attack makes no further attempts, and its line says how many it has made.
 """
 
 import argparse
@@ -13,7 +14,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from benchmarks.measure import machine
 
 KEPT = Path(__file__).resolve().parents[1] / "results" / "attacks.txt"
@@ -55,6 +56,7 @@ def main() -> int:
     """Print the table; 1 if anything was lost or an attack could not be made."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--full", action="store_true", help="all attempts; keeps the lines")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="of each attack")
     parser.add_argument("numbers", nargs="*", type=int, metavar="NUMBER", help="default: all")
     arguments = parser.parse_args()
     known = attacks()
@@ -65,17 +67,20 @@ def main() -> int:
     failed = False
     for number in arguments.numbers or known:
         begin = time.perf_counter()
+        CLOCK.allow(arguments.minutes)
         try:
             outcome: Outcome = known[number].run(arguments.full)
         except Exception as error:  # noqa: BLE001 - the other attacks are made all the same
             print(f"{number:>2}  could not be made: {type(error).__name__}: {error}", flush=True)
             failed = True
             continue
+        if time.monotonic() > CLOCK.end:
+            outcome.notes.append(f"stopped after {arguments.minutes:g} minutes")
         lines[number] = line(known[number], outcome)
+        if arguments.full:
+            keep(lines)
         failed = failed or bool(outcome.lost)
         print(f"{lines[number]}\n      {time.perf_counter() - begin:.0f} s", flush=True)
-    if arguments.full:
-        keep(lines)
     return 1 if failed else 0
 
 

@@ -5,7 +5,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from tests.mutations import KINDS, corpus, mutated_case
 
 NUMBER = 9
@@ -28,7 +28,7 @@ def run(full: bool) -> Outcome:
         corpus(kind)
     before, slowest, refused = _memory(), 0.0, 0
     with tempfile.TemporaryDirectory() as folder:
-        for number in range(tries):
+        for number in CLOCK.attempts(tries):
             begin = time.perf_counter()
             kind = cycle[37 * number % len(cycle)]
             problem, refusal = mutated_case(kind, number, Path(folder))
@@ -39,7 +39,7 @@ def run(full: bool) -> Outcome:
     if grown > MEMORY_MIB:
         outcome.lost.append(f"the process grew by {grown:.0f} MiB")
     outcome.notes.append(
-        f"{tries - refused:,} read, {refused:,} refused; slowest case {slowest:.1f} s, "
+        f"{outcome.tries - refused:,} read, {refused:,} refused; slowest case {slowest:.1f} s, "
         f"memory grown by {grown:.0f} MiB"
     )
     return outcome

@@ -26,7 +26,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.run.engine import Engine
@@ -52,8 +52,6 @@ AT_ONCE = 8
 """Sessions at once: at true speed a session uses a tenth of a core, and its start one second."""
 MOST_KILLS = 250
 """Kills of a sitting: those at random moments reach the end of the procedure at true speed."""
-MOST_SECONDS = 2700.0
-"""Duration of a study; a machine that is too busy makes fewer kills, and those are counted."""
 SOON = 2.5
 """Seconds after the program is back into which kills at random fall; a fifth of them at 20 times
 the true speed, which are ten seconds of device time."""
@@ -352,7 +350,6 @@ def sittings(random: int, confirmed: int) -> list[Sitting]:
         confirmed: kills at the instant of a confirmation, one in four with commands.
     """
     made: list[Sitting] = []
-    end = time.monotonic() + MOST_SECONDS
     for speed in SPEEDS:
         at_once = confirmed // len(SPEEDS)
         kinds = (
@@ -363,7 +360,7 @@ def sittings(random: int, confirmed: int) -> list[Sitting]:
         for count, at_confirmation, commands in kinds:
             for done in range(0, count, MOST_KILLS):
                 kills, seed = min(MOST_KILLS, count - done), len(made)
-                made.append(Sitting(kills, speed, at_confirmation, commands, seed, end))
+                made.append(Sitting(kills, speed, at_confirmation, commands, seed, CLOCK.end))
     return made
 
 

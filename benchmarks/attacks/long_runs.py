@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from benchmarks.measure import HERE, PYTHON, program_environment, run_once
 from benchmarks.resume import resume
 from imucal_wizard.acquire.setup import StreamSetup
@@ -67,7 +67,8 @@ class Lines:
         ]
         self._lines = np.array([list(b"000000.000000," + one) for one in rest], np.uint8)
         self._index = np.arange(LINES_AT_ONCE, dtype=np.int64)
-        self.left, self.ended = count, threading.Event()
+        self._count, self.left, self.ended = count, count, threading.Event()
+        self._lock = threading.Lock()
         self._header = b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s]\n"
 
     def open(self) -> None:
@@ -88,8 +89,18 @@ class Lines:
                 power = 12 - place - (place < 6)
                 self._lines[:, place] = micros // 10**power % 10 + ord("0")
         self._index += LINES_AT_ONCE
-        self.left -= LINES_AT_ONCE
+        with self._lock:
+            if self.left <= 0:
+                return b""
+            self.left -= LINES_AT_ONCE
         return self._lines.tobytes()
+
+    def stop(self) -> int:
+        """End soon; the number of lines handed over until then."""
+        with self._lock:
+            self._count -= self.left
+            self.left = 0
+            return self._count
 
     def rest(self) -> bytes:
         """It never stands still."""
@@ -113,11 +124,14 @@ def stream(seconds: float, outcome: Outcome) -> None:
     reader = Reader(source, engine)
     reader.start()
     reader.command("start")
-    while source.left > 0.9 * count:
+    while source.left > 0.9 * count and time.monotonic() < CLOCK.end:
         time.sleep(0.1)
+    tenth = count - source.left
     memory, files, begin = _memory(), _descriptors(), time.monotonic()
     while not source.ended.wait(1.0):
         reader.snapshot()
+        if time.monotonic() > CLOCK.end:
+            count = source.stop()
     passed = time.monotonic() - begin
     reader.stop()
     grown, more = _memory() - memory, _descriptors() - files
@@ -126,8 +140,8 @@ def stream(seconds: float, outcome: Outcome) -> None:
     outcome.count(f"the process grew by {grown:.0f} MiB" if grown > MAX_GROWTH_MIB else "")
     outcome.count(f"{more} descriptors more" if more > 0 else "")
     outcome.notes.append(
-        f"{seconds / 3600:.1f} h of samples at {0.9 * count / passed:,.0f} samples/s: grown by"
-        f" {grown:.0f} MiB and {more} descriptors after the first tenth"
+        f"{count / RATE / 3600:.1f} h of samples at {(count - tenth) / passed:,.0f} samples/s:"
+        f" grown by {grown:.0f} MiB and {more} descriptors after the first tenth"
     )
 
 
@@ -137,6 +151,7 @@ def _fit(hours: float, outcome: Outcome) -> None:
         path = Path(name) / "long.imucal"
         live = _session(path, hours)
         environment = program_environment(HERE, str(Path(name) / "bytecode"))
+        run_once([PYTHON, "-m", "compileall", "-q", str(HERE / "imucal_wizard")], environment)
         cost = run_once([PYTHON, "-m", "imucal_wizard", "fit", str(path)], environment)
         resumed = resume(path, replay=False)
     slow = cost.cpu > MAX_FIT_CPU_SECONDS

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks import Outcome
+from benchmarks.attacks import CLOCK, Outcome
 from tests.terminal.terminal import FRAMES_ASKED, Terminal, program
 
 NUMBER = 2
@@ -33,7 +33,7 @@ HANGUP_IGNORED = ("/bin/sh", "-c", "trap '' HUP; exec \"$@\"", "sh")
 def run(full: bool) -> Outcome:
     """End, stop and disconnect runs of the virtual IMU."""
     chance, outcome, slowest = np.random.default_rng(2), Outcome(), 0.0
-    for _ in range(ROUNDS[full]):
+    for _ in CLOCK.attempts(ROUNDS[full]):
         attacks: list[Callable[[np.random.Generator], str]] = [_stopped]
         attacks += [partial(_ended, getattr(signal, name)) for name in ENDING]
         for attack in attacks:

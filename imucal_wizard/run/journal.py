@@ -73,6 +73,8 @@ class Journal:
         self._failure: SessionError | None = None
         self._thread: threading.Thread | None = None
         self.passed = self.written = 0
+        if session is not None:
+            atexit.register(self.close)  # also if the program is left while the source is opened
 
     def raw(self, arrival: float, data: bytes) -> None:
         """Write bytes before they are decoded."""
@@ -157,9 +159,9 @@ class Journal:
             self._changed.notify()
         if self._thread is not None:
             self._thread.join(0.0 if self._failure is not None else MAX_CLOSE_SECONDS)
-            atexit.unregister(self.close)  # not before: the end of the program waits, too
         elif self._session is not None and not closed:
             self._finish(self._session)
+        atexit.unregister(self.close)  # not before: the end of the program waits, too
 
     def rescue(self, path: Path) -> None:
         """Write the whole session to another place after the disk has failed.
@@ -202,7 +204,6 @@ class Journal:
                 target=self._work, args=(session,), name="Journal", daemon=True
             )
             self._thread.start()
-            atexit.register(self.close)
 
     def _add_size(self, size: int) -> None:
         """Count bytes of the newest write."""

@@ -89,7 +89,7 @@ def _check(collected: Collected, unit: str, options: FitOptions) -> FitReport | 
     return report
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(collected=_collected(NUMBERS), unit=st.sampled_from(["m/s^2", "count"]), method=METHODS)
 def test_any_numbers_give_a_sentence_or_finite_results(
     collected: Collected, unit: str, method: str
@@ -98,14 +98,14 @@ def test_any_numbers_give_a_sentence_or_finite_results(
     _check(collected, unit, FitOptions(method=method))
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=30, deadline=None, suppress_health_check=list(HealthCheck))
 @given(collected=_collected(STRANGE))
 def test_values_that_are_not_numbers_give_an_error_or_finite_results(collected: Collected) -> None:
     """Not even NaN, infinity or overflow come through."""
     _check(collected, "m/s^2", FitOptions())
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=50, deadline=None, suppress_health_check=list(HealthCheck))
 @given(
     up=arrays(float, (12, 3), elements=st.sampled_from([-1.0, 0.0, 1.0, 0.5, -0.7])),
     noise=arrays(float, (12, 3), elements=st.floats(-1e-2, 1e-2)),

@@ -7,7 +7,7 @@ from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from tests.diagnose.sessions import session
 
-DRAWS = 450
+DRAWS = 250
 LEVELS = (0.05, 0.1, 0.3, 0.6)
 IN_WHITE_NOISE = 0.05
 """By which p between 0.1 and 0.6 comes too often where the noise wanders: half of the probability

@@ -43,6 +43,7 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
         assert words in text
 
 
+@pytest.mark.usefixtures("rough_sizes")
 def test_a_complete_model_states_the_detectable_sizes() -> None:
     (said,) = diagnose_benches(benches(), {}, automatic=True)
     assert said.verdict is Verdict.COMPLETE
@@ -235,6 +236,7 @@ def test_a_term_for_a_gyroscope_that_is_not_there_is_refused() -> None:
         diagnose_benches(benches(), {"gyroscope": ["g-sensitivity"]}, automatic=False)
 
 
+@pytest.mark.usefixtures("rough_sizes")
 def test_document_and_text_are_made_of_every_statement() -> None:
     """Numbers, words and nulls only; no line of text is wider than a terminal."""
     statements = (

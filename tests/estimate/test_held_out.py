@@ -170,9 +170,9 @@ def test_chi_square_is_that_of_the_tables() -> None:
     ids=["18 poses", "26 + 12 poses"],
 )
 def test_the_interval_holds_the_error_of_new_holds(up: FloatArray, sigma: float) -> None:
-    """Of 300 units nine in ten; between 87 and 93 % and 2.5 binomial deviations to either side."""
+    """Of 150 units nine in ten; between 87 and 93 % and 2.5 binomial deviations to either side."""
     rng = np.random.default_rng(31)
-    units, inside = 300, 0
+    units, inside = 150, 0
     for _ in range(units):
         truth = random_triangular(rng)
         placed = tilted(up, 1.0, rng)

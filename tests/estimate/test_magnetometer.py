@@ -52,19 +52,19 @@ def test_exact_readings_give_the_truth(method: str) -> None:
 @pytest.mark.study
 @pytest.mark.parametrize("step", [1.0, TEN_BITS])
 def test_parameters_are_within_three_standard_errors_and_intervals_cover(step: float) -> None:
-    """Forty recordings of N's six circles: all numbers hold, 95 % intervals within binomial 3.5 σ.
+    """25 recordings of N's six circles: all numbers hold, 95 % intervals within binomial 3.5 σ.
 
-    The numbers of one run are correlated, so the spread is that of forty and not of four hundred.
+    The numbers of one run are correlated, so the spread is that of 25 and not of 250.
     """
     inside: Counter[str] = Counter()
-    runs, far = 40, 0
+    runs, far = 25, 0
     for seed in range(runs):
         rng = np.random.default_rng(seed)
         off, reach = deviations(recorded(six_circles(rng, 10.0), rng, step=step).series)
         far += sum(abs(value) > 3.0 for value in off.values())
         for name, value in off.items():
             inside[name] += abs(value) < reach
-    # chance makes 0.5 % ± 0.4 % of ten numbers that are correlated within a run
+    # chance makes 0.5 % ± 0.5 % of ten numbers that are correlated within a run
     assert far <= 0.015 * runs * len(inside)
     for count in inside.values():
         assert abs(count / runs - 0.95) < 3.5 * np.sqrt(0.95 * 0.05 / runs)

@@ -142,18 +142,18 @@ def test_the_slope_of_the_clocks_cost_is_the_numeric_one() -> None:
 
 @pytest.mark.study
 def test_the_error_of_the_clock_offset_is_as_stated() -> None:
-    """In thirty sets of twenty turns 2.1 standard errors (t, 19 degrees) hold the truth 28 times.
+    """In twenty sets of twenty turns 2.1 standard errors (t, 19 degrees) hold the truth 19 times.
 
     Three binomial standard deviations less are allowed; of half of them the error is below 0.7.
     """
     rng = np.random.default_rng(3)
     off = []
-    for _ in range(30):
+    for _ in range(20):
         found = clock_offset([_passage(rng, -0.07, 0.02) for _ in range(20)])
         assert found is not None
         off.append((found.seconds + 0.07) / found.standard_error)
     away = np.abs(off)
-    assert (away < 2.1).sum() >= 25
+    assert (away < 2.1).sum() >= 16
     assert 0.3 < np.median(away) < 1.1
 
 
@@ -166,10 +166,13 @@ def _fields(rng: np.random.Generator, count: int, dip: float) -> tuple[FloatArra
 
 @pytest.mark.study
 def test_the_errors_of_the_alignment_are_as_stated() -> None:
-    """Two hundred sets of fifteen positions: angles and dip scatter by their standard errors."""
+    """Angles and dip of fifteen positions scatter by their standard errors.
+
+    A hundred sets know each rms to 7 %; three and a half times that are allowed.
+    """
     rng, dip = np.random.default_rng(4), np.radians(60.0)
     off = []
-    for _ in range(200):
+    for _ in range(100):
         up, field = _fields(rng, 15, dip)
         noisy = field + 2e-3 * rng.standard_normal(field.shape)
         found = align(up, noisy / np.linalg.norm(noisy, axis=1)[:, None])
@@ -177,7 +180,7 @@ def test_the_errors_of_the_alignment_are_as_stated() -> None:
         off.append([*angles, (found.dip - dip) / found.dip_error])
     rms = np.sqrt(np.mean(np.square(off), axis=0))
     # eleven degrees of freedom, and now and then the worst position left out
-    assert rms == pytest.approx(np.full(4, np.sqrt(11.0 / 9.0)), rel=0.2)
+    assert rms == pytest.approx(np.full(4, np.sqrt(11.0 / 9.0)), rel=0.25)
 
 
 def test_an_uncertain_field_makes_the_angles_uncertain() -> None:

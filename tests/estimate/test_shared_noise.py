@@ -115,9 +115,9 @@ def test_the_floor_has_no_usual_size_of_what_few_directions_leave_open(direction
 def test_the_gyroscope_reaches_the_joint_bound() -> None:
     """With an accelerometer of 6 mg per sample; 1.7 times the bound without the shared noise.
 
-    80 sessions know the ratio of a group to about 6 %.
+    40 sessions know the ratio of a group to about 9 %, and the share of the intervals to 1 %.
     """
-    outcome = studied(POOR, 80, 50)
+    outcome = studied(POOR, 40, 50)
     for group in GROUPS:
-        assert outcome.group(group)[0] < 1.2, group
-    assert outcome.held.mean() > 0.93
+        assert outcome.group(group)[0] < 1.3, group
+    assert outcome.held.mean() > 0.92

@@ -61,7 +61,7 @@ def _one(rng: np.random.Generator, up: FloatArray, method: str) -> tuple[Truth, 
 @pytest.mark.parametrize("method", ["least_squares", "newton"])
 def test_eighteen_poses_cover_by_students_t(method: str) -> None:
     """Nine degrees of freedom: ±2.26 standard errors hold the truth 95 % of the time."""
-    rng, repetitions = np.random.default_rng(1), 120
+    rng, repetitions = np.random.default_rng(1), 60
     inside: Counter[str] = Counter()
     normal = 0
     for _ in range(repetitions):
@@ -74,13 +74,13 @@ def test_eighteen_poses_cover_by_students_t(method: str) -> None:
             inside[parameter.name] += off < quantile(0.95, 9)
             normal += off < 1.96 and not parameter.name.startswith("bias")
     _check(inside, repetitions)
-    # 1.96 of them would hold it 91.8 % of the time only
-    assert normal / repetitions / 6 < 0.94
+    # 1.96 of them would hold it 91.8 % of the time only, here within 1.5 %
+    assert normal / repetitions / 6 < 0.95
 
 
 def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
     """The six faces twice: six degrees of freedom from the repeats alone."""
-    rng, repetitions = np.random.default_rng(2), 120
+    rng, repetitions = np.random.default_rng(2), 60
     inside: Counter[str] = Counter()
     for _ in range(repetitions):
         truth, fit = _one(rng, np.concatenate([EIGHTEEN, SIX]), "least_squares")
@@ -155,7 +155,7 @@ def test_standard_errors_of_eighteen_poses_are_the_known_ones() -> None:
 
 def test_the_six_position_method_has_its_own_standard_errors() -> None:
     """Each axis is known from its own two faces alone: s/2 · sqrt(1/n₊ + 1/n₋), and it covers."""
-    rng, repetitions = np.random.default_rng(5), 200
+    rng, repetitions = np.random.default_rng(5), 80
     inside: Counter[str] = Counter()
     up = np.concatenate([SIX, SIX, SIX])
     for _ in range(repetitions):
@@ -201,7 +201,7 @@ def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
 @pytest.mark.study
 def test_the_gyroscopes_standard_errors_cover() -> None:
     """Six hand turns per axis, with noise of the rate and of gravity's direction."""
-    rng, repetitions = np.random.default_rng(6), 150
+    rng, repetitions = np.random.default_rng(6), 75
     truth = typical_gyroscope()
     true = full_parameters(truth.matrix, truth.bias)
     motions = [hand_turns(6, np.random.default_rng(seed), rate=25.0) for seed in range(4)]

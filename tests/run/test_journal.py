@@ -242,3 +242,18 @@ def test_received_bytes_are_on_the_disk_without_a_decision(tmp_path: Path) -> No
     with KeptSession.look(path) as kept:
         assert [data for _, _, data in kept.raw()] == [b"first"]
     writer.close()
+
+
+def test_a_session_that_nobody_closes_is_closed_at_the_end_of_the_program(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one is whose program is left while its source is being opened."""
+    at_the_end: list[Callable[[], None]] = []
+    monkeypatch.setattr("atexit.register", at_the_end.append)
+    path = tmp_path / "a.imucal"
+    kept = Journal(Session.create(path, {"asked": {}, "setup": {}, "settings": {}}))
+    assert len(list(tmp_path.iterdir())) > 1  # the log, which SQLite removes when it closes a file
+    for close in at_the_end:
+        close()
+    assert list(tmp_path.iterdir()) == [path]
+    assert kept.written == 0

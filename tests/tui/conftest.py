@@ -1,5 +1,6 @@
 """A small recording with a hidden effect, fitted once."""
 
+from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path
 
@@ -14,6 +15,14 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.estimate.whole_session import Session
+
+
+@pytest.fixture(autouse=True, scope="session")
+def still_screens() -> Iterator[None]:
+    """Scroll at once: sixty frames a second of a scrolling page take longer than most tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("textual.constants.TEXTUAL_ANIMATIONS", "none")
+        yield
 
 
 def fitted(path: Path, hidden: str, rotations: int) -> FitReport:

@@ -153,8 +153,7 @@ def _weighed(
     """The linear problem at one θ: normal matrix, right side; and the noise of a sample."""
     now = distances(theta, points, 0.0)
     sigma = max(robust_deviation(now.distance), 1e-6 * radius)
-    areas = bin_of(locate(theta, points)[1])
-    weighted = now.slope * _weights(now.distance, areas, sigma, radius)
+    weighted = now.slope * _weights(now.distance, bin_of(now.seen), sigma, radius)
     return weighted @ now.slope.T, weighted @ now.distance, sigma
 
 

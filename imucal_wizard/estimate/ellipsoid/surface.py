@@ -73,9 +73,8 @@ def make_cloud(readings: FloatArray) -> Cloud:
 
 def symmetric_matrix(theta: FloatArray) -> FloatArray:
     """P from its parameters, shape (3, 3)."""
-    matrix = np.empty((3, 3))
-    matrix[ROWS, COLUMNS] = matrix[COLUMNS, ROWS] = theta[3:]
-    return matrix
+    xx, xy, xz, yy, yz, zz = theta[3:]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def radius_of(theta: FloatArray) -> float:
@@ -147,10 +146,12 @@ class Distances:
     Attributes:
         distance: of each sample from the ellipsoid, dimensionless, outside positive, shape (n,).
         slope: derivative of the distance by θ, shape (9, n).
+        seen: directions of the samples as ``locate`` gives them, unit vectors, shape (3, n).
     """
 
     distance: FloatArray
     slope: FloatArray
+    seen: FloatArray
 
 
 def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distances:
@@ -173,7 +174,8 @@ def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distanc
     vectors = matrix @ offsets
     lengths = np.sqrt(np.einsum("in,in->n", vectors, vectors))
     error = lengths - 1.0
-    normal = matrix @ (vectors / np.maximum(lengths, SHORTEST_VECTOR))
+    seen = vectors / np.maximum(lengths, SHORTEST_VECTOR)
+    normal = matrix @ seen
     offsets -= normal * (error / np.einsum("in,in->n", normal, normal))
     vectors = matrix @ offsets
     vectors /= np.sqrt(np.einsum("in,in->n", vectors, vectors))
@@ -188,7 +190,7 @@ def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distanc
         np.multiply(vectors[i], offsets[j], out=slope[place])
         if i != j:
             slope[place] += vectors[j] * offsets[i]
-    return Distances(error * inverse, slope)
+    return Distances(error * inverse, slope, seen)
 
 
 def orthogonal(points: FloatArray, start: FloatArray) -> FloatArray:

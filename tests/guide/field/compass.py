@@ -1,6 +1,7 @@
 """A device with a magnetometer for tests: the virtual hand turns it, nothing of it is the fit's."""
 
 from collections.abc import Iterable, Iterator
+from copy import deepcopy
 from dataclasses import replace
 from functools import cache
 
@@ -102,7 +103,7 @@ class Session:
         )
         self.events: list[Event] = list(self.machine.command("start"))
         self.seen: list[FieldStatus] = []
-        self._left = pieces(readings, size)
+        self._left: Iterator[Readings] = pieces(readings, size)
         settled = 0
         while settled < SETTLED * RATE - size:
             settled += size
@@ -120,6 +121,10 @@ class Session:
                 break
         return self
 
+    def all_read(self) -> None:
+        """Nothing is left to be read, so that a copy can be made."""
+        self._left = iter(())
+
     @property
     def step(self) -> str:
         """The step it is in."""
@@ -133,3 +138,15 @@ class Session:
     def texts(self, kind: EventKind) -> list[str]:
         """What was said with events of one kind."""
         return [event.text for event in self.events if event.kind is kind]
+
+
+@cache
+def _played(actions: tuple[Action, ...], seed: int) -> Session:
+    session = Session(turned(actions, seed)).play()
+    session.all_read()
+    return session
+
+
+def played(actions: tuple[Action, ...], seed: int = SEED) -> Session:
+    """A session that has read all that ``turned`` gives; a copy, which may go on."""
+    return deepcopy(_played(actions, seed))
