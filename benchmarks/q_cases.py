@@ -9,12 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from imucal_wizard.core.poses import START_POSES
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
+from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, next_angle
 from imucal_wizard.simulate.sensor import DEGREE, MILLI_G, SensorModel, Triad
 
 RATE = 100.0
@@ -105,7 +106,7 @@ def poses(rng: np.random.Generator) -> Iterator[Action]:
 
 def rotations(count: int) -> Iterator[Action]:
     """``count`` different turns about each axis between rests (Q's figure 2)."""
-    for axis, pose in START_POSE.items():
+    for axis, pose in START_POSES.items():
         yield PlacePose(pose, error=0.7)
         yield LieStill(TURN_REST)
         tilt = 0.0

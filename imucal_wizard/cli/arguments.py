@@ -178,7 +178,7 @@ def add_speed(parser: "argparse._ActionsContainer", of: str) -> None:
         type=_between(MIN_SPEED, MAX_SPEED, f"a speed from {MIN_SPEED:g} to {MAX_SPEED:g}"),
         default=1.0,
         metavar="X",
-        help=f"{of}, this many times as fast (default 1)",
+        help=f"speed of {of}, as a multiple of real time (default 1)",
     )
 
 

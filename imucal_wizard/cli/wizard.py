@@ -83,7 +83,7 @@ def _add_source(source: "argparse._ArgumentGroup") -> None:
         metavar="SESSION",
         help="continue a session where it was left; with --port if the device has a new name",
     )
-    add_speed(source, "a recording or the virtual IMU")
+    add_speed(source, "a recording or of the virtual IMU")
 
 
 def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:

@@ -32,13 +32,14 @@ class Step:
     skipped: str = ""
 
 
+_SETTLE = Step(
+    StepKind.SETTLE,
+    seconds=10.0,
+    skipped="the limits of rest are typical values, not this device's noise",
+)
 STANDARD_STEPS: tuple[Step, ...] = (
     Step(StepKind.SOURCE),
-    Step(
-        StepKind.SETTLE,
-        seconds=10.0,
-        skipped="the limits of rest are typical values, not this device's noise",
-    ),
+    _SETTLE,
     Step(
         StepKind.UP_DOWN,
         poses=tuple(FACES),
@@ -97,11 +98,7 @@ class Procedure:
 
 RECHECK_STEPS: tuple[Step, ...] = (
     Step(StepKind.SOURCE),
-    Step(
-        StepKind.SETTLE,
-        seconds=5.0,
-        skipped="the limits of rest are typical values, not this device's noise",
-    ),
+    replace(_SETTLE, seconds=5.0),
     Step(
         StepKind.RECHECK,
         poses=(*FACES, *EDGES),
@@ -110,6 +107,11 @@ RECHECK_STEPS: tuple[Step, ...] = (
     Step(StepKind.VERDICT),
 )
 """A recheck ends as soon as the poses taken would show every change that is looked for."""
+
+
+def consequence(kind: StepKind) -> str:
+    """Consequence for the result if a step is skipped; "" if it has none."""
+    return next(one.skipped for one in (*STANDARD_STEPS, *RECHECK_STEPS) if one.kind is kind)
 
 
 def standard(

@@ -308,7 +308,7 @@ class StateMachine:
             self.advance()
             return
         outcome = watch.wait(block.seconds)
-        reason = watch.reason or f"again and again {self._broke or 'it moves'}"
+        reason = watch.reason or f"every rest is broken ({self._broke or 'it moves'})"
         if outcome == "stuck":
             text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             context.emit(EventKind.STUCK, text)
@@ -469,9 +469,6 @@ class StateMachine:
             offers.extend(self.field.offers())
         if self.step is StepKind.POSES and self._faces_wait():
             offers.append(Offer("count-faces", "count the faces of the up/down step"))
-        if self.step is StepKind.RESULT:
-            offers.append(Offer("validate", "check it in new orientations"))
-            offers.append(Offer("save", "save the calibration"))
         return tuple(offers)
 
     def _faces_wait(self) -> bool:

@@ -311,6 +311,30 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
     return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
 
 
+_FAMILIES = {
+    "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
+    "forces or speeds separate them, and sometimes more data.",
+    "time": "in one slow change the members of this family are nearly the same. A session in which "
+    "the temperature rises and falls, with repeated poses, separates them.",
+}
+"""What separates the members of a family, by the kind of its effects."""
+BASE_LESSONS = {
+    "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
+    "the device over: half of the sum of both readings is the bias.",
+    "scale": "The reading per unit of the input. Turn the device over: half of the difference of "
+    "both readings is one g in the sensor's own unit.",
+    "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
+    "small part of the force along the others. Poses between the faces (edges) show it.",
+    "soft-iron": "Iron and nickel near the chip concentrate the field, more along one line than "
+    "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
+    "the same effect and are included. A circle on each of the six faces shows it.",
+    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
+    "effect tested here explains this hold and all the others. Do not delete it; measure the "
+    "pose again.",
+}
+"""The lesson of each term of the base, and of a disturbed hold."""
+
+
 @dataclass(frozen=True)
 class Lesson:
     """The text of an effect; sizes and costs are computed."""
@@ -324,6 +348,7 @@ class Lesson:
     remedy: str = ""
     confirm: str = ""
     source: str = ""
+    family: str = ""
 
 
 _CHOICE = "*"
@@ -344,6 +369,7 @@ def lesson(effect: Effect, sensor: str) -> Lesson:
         remedy=story.remedy,
         confirm=story.confirm,
         source=story.source,
+        family=f"{effect.family}: {_FAMILIES.get(effect.kind, '')}" if effect.family else "",
     )
 
 

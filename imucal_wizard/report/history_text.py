@@ -36,7 +36,7 @@ MARKED = 0.01
 """Probability by chance below which a drift is marked."""
 OVER = ("date", "temperature")
 """What a parameter is plotted over."""
-_SESSION_WIDTHS = (-19, -16, -15, -9, -5)
+_SESSION_WIDTHS = (-19, -16, -9, -5, -10, -16)
 _WORST_FIRST = (Grade.NOT_USABLE, Grade.DOUBTFUL, Grade.GOOD)
 
 
@@ -64,15 +64,15 @@ def session_table(sessions: Sequence[SessionInfo], folder: Path) -> str:
     """The sessions as text, one row each, and why some cannot be opened."""
     if not sessions:
         return f"no sessions in {folder}"
-    heads = ("SESSION", "DATE", "DEVICE", "STEP", "HOLDS")
-    rows = [table_row((*heads, "VERDICT"), _SESSION_WIDTHS)]
+    heads = ("SESSION", "DATE", "STEP", "HOLDS", "VERDICT", "DEVICE")
+    rows = [table_row(heads, _SESSION_WIDTHS)]
     problems = []
     for one in sessions:
         name = sanitise(one.path.name.removesuffix(SUFFIX))
+        step, holds = TITLES.get(one.step, one.step), str(one.holds)
         device = one.description.named or one.source
-        step = TITLES.get(one.step, one.step)
-        cells = (name, date_text(one.created), device, step, str(one.holds))
-        rows.append(table_row((*cells, session_state(one)), _SESSION_WIDTHS))
+        cells = (name, date_text(one.created), step, holds, session_state(one), device)
+        rows.append(table_row(cells, _SESSION_WIDTHS))
         if one.problem and not one.busy:
             problems.append(f"▲ {one.problem}")
     return "\n".join([*rows, "", *problems, f"{plural(len(sessions), 'session')} in {folder}"])

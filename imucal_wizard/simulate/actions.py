@@ -10,6 +10,10 @@ from imucal_wizard.core.records import dataclass
 TILT_SEPARATOR = "~"
 TILT = np.pi / 6.0
 """Tilt of a pose such as ``+z~+x``: the +z face on top, tilted 30° towards +x."""
+MAX_REST_SECONDS = 1e6
+"""Longest rest in one action, s: eleven days, more than any measurement."""
+MAX_ROTATION_DEG = 36_000.0
+"""Largest rotation in one action, degrees: a hundred turns, more than any hand makes."""
 PLACEMENT_ERROR_DEG = 1.5
 """Placement error of a hand, standard deviation per axis, degrees."""
 
@@ -98,13 +102,17 @@ def check_action(action: Action) -> None:
     """Refuse a command that cannot be carried out.
 
     Raises:
-        UsageError: there is no such pose or axis.
+        UsageError: there is no such pose or axis, or a rest or angle is impossible.
     """
     match action:
         case PlacePose(target):
             direction(target)
+        case LieStill(seconds) if not 0.0 <= seconds <= MAX_REST_SECONDS:
+            raise UsageError(f"a rest of {seconds:g} s is impossible; give 0 to 1000000 s")
         case Rotate(axis) if axis not in tuple(AXES):
             raise UsageError(f"{axis!r} is not an axis; turn about x, y or z")
+        case Rotate(_, degrees) if not abs(degrees) <= MAX_ROTATION_DEG:
+            raise UsageError(f"a turn of {degrees:g}° is impossible; give at most 36000°")
 
 
 def _named(name: str) -> FloatArray:

@@ -113,7 +113,7 @@ class VirtualHand:
         """Rotate about a body axis next; waiting rotations about the same axis are joined.
 
         Raises:
-            UsageError: the axis is not x, y or z.
+            UsageError: the axis is not x, y or z, or the angle is impossible.
         """
         check_action(Rotate(axis, degrees, fastest))
         with self._lock:
@@ -144,14 +144,18 @@ class VirtualHand:
             self._mover.begin(PassSteel())
 
     def rest(self, seconds: float) -> None:
-        """Lie still for a while before the next action."""
+        """Lie still for a while before the next action.
+
+        Raises:
+            UsageError: the duration is impossible.
+        """
         self.perform([LieStill(seconds)])
 
     def perform(self, script: Iterable[Action]) -> None:
         """Append these actions to the queue.
 
         Raises:
-            UsageError: there is no such pose or axis; then no action is queued.
+            UsageError: an action is impossible; then none is queued.
         """
         actions = list(script)
         for action in actions:

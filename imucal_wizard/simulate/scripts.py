@@ -6,14 +6,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.poses import AXES, CORNERS, FACES, START_POSES
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 
-FACE_NAMES: tuple[str, ...] = ("+x", "-x", "+y", "-y", "+z", "-z")
-EDGE_NAMES = tuple(
+FACE_NAMES: tuple[str, ...] = tuple(FACES)
+EDGE_NAMES = tuple(  # the order of ``poses.EDGES`` would change every seeded recording
     f"{p}{a}{q}{b}" for a, b in itertools.combinations(AXES, 2) for p in "+-" for q in "+-"
 )
-CORNER_NAMES = tuple(f"{p}x{q}y{r}z" for p in "+-" for q in "+-" for r in "+-")
+CORNER_NAMES: tuple[str, ...] = tuple(CORNERS)
 
 Target = str | tuple[float, float, float]
 """A pose by name, or an up direction in the body frame."""
@@ -58,7 +58,6 @@ ANGLES_DEG = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0, 165.0, -100.0, 120.0, -1
 """Signed angles of successive rotations, in both senses."""
 CIRCLE_SPEED_DEG = 60.0
 """Peak rate of a circle on the table, °/s."""
-START_POSE = {"x": "+z", "y": "+z", "z": "+x"}
 LARGEST_TILT_DEG = 172.0
 """Largest rotation from the start pose, degrees; half a turn would be ambiguous."""
 
@@ -96,7 +95,7 @@ def pose_names(poses: str, rng: np.random.Generator) -> tuple[Target, ...]:
 def perform_rotations(number: int, hold: float) -> Iterator[Action]:
     """``number`` rotations about each body axis between holds: both senses, three speeds."""
     for axis in AXES:
-        yield PlacePose(START_POSE[axis], error=0.7)
+        yield PlacePose(START_POSES[axis], error=0.7)
         yield LieStill(hold)
         tilt = 0.0
         for turn in range(number):

@@ -109,9 +109,11 @@ class BaseApp(App[Saved]):
             self._loop.call_soon_threadsafe(self.leave)
 
         def watch() -> None:
-            self.release()  # whatever keeps the app from leaving, port and session are closed
-            time.sleep(HANGUP_SECONDS if signal_number == HANGUP else SIGNAL_SECONDS)
-            self.end_at_once(signal_number)
+            try:
+                self.release()  # whatever keeps the app from leaving, port and session are closed
+            finally:  # also after a fault
+                time.sleep(HANGUP_SECONDS if signal_number == HANGUP else SIGNAL_SECONDS)
+                self.end_at_once(signal_number)
 
         _thread.start_new_thread(watch, ())  # a Thread takes a lock that may be interrupted here
 

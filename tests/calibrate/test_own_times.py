@@ -109,7 +109,7 @@ def test_headings_are_no_better_than_the_angles_of_the_accelerometer() -> None:
 
 
 @pytest.mark.study
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(PRESENCE, PRESENCE, PRESENCE)
 def test_whatever_sensor_is_there_when(
     accelerometer: tuple[float, float, list[tuple[float, float]]],

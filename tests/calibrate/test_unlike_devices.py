@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from imucal_wizard.core.poses import START_POSES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.gauge import triangular
@@ -13,7 +14,7 @@ from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.actions import Action, LieStill, PlacePose, Rotate
 from imucal_wizard.simulate.hand import VirtualHand
-from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, START_POSE, next_angle
+from imucal_wizard.simulate.scripts import EDGE_NAMES, FACE_NAMES, next_angle
 from imucal_wizard.simulate.sensor import SensorModel
 from tests.calibrate.sessions import recorded, session, true
 
@@ -86,7 +87,7 @@ def _recording(
     actions: list[Action] = [LieStill(10.0)]
     for name in (FACE_NAMES + EDGE_NAMES)[:directions]:
         actions += [PlacePose(name), LieStill(3.5)]
-    for axis, pose in START_POSE.items():
+    for axis, pose in START_POSES.items():
         actions += [PlacePose(pose), LieStill(3.5)]
         tilt = 0.0
         for index in range(turns):

@@ -73,9 +73,14 @@ def test_a_wizard_on_the_port_sees_the_poses_that_are_typed_in_the_other_termina
 
 def test_a_line_that_is_not_understood_is_named_and_changes_nothing() -> None:
     with _virtual() as (process, _):
-        _type(process, "jump high")
         assert process.stderr is not None
-        assert "jump high" in process.stderr.readline()
+        for line, says in (
+            ("jump high", "jump high"),
+            ("rest inf", "a rest of inf s is impossible"),
+            ("turn x nan", "a turn of nan° is impossible"),
+        ):
+            _type(process, line)
+            assert says in process.stderr.readline()
         _type(process, "quit")
         assert process.wait(PATIENCE) == 0
 

@@ -8,6 +8,7 @@ import pytest
 from imucal_wizard.acquire.ports import PortInfo
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.report.calibration_file import read_calibration
 from imucal_wizard.report.device_history import save_in_history
@@ -59,7 +60,7 @@ async def test_the_history_and_the_plots_of_a_device(tmp_path: Path, size: tuple
 
 
 def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
-    tmp_path: Path,
+    tmp_path: Path, sagging: FitReport
 ) -> None:
     options = WizardOptions(sessions=tmp_path, speed=50.0, description=Description(place="roof"))
     workshop = WizardServices(options)
@@ -75,16 +76,15 @@ def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
     wait_for(lambda: not listed(tmp_path)[0].busy)
     (session,) = listed(tmp_path)
     assert session.description == Description("arm", "7", operator="A. B.")
-    report = fakes.report()
-    saved = workshop.save(report)
+    saved = workshop.save(sagging)
     made = read_calibration(saved.path)
     assert made.device is not None
     assert (made.device.name, made.device.serial, made.operator) == ("arm", "7", "A. B.")
     assert (made.session, made.gravity.value) == (session.path.name, STANDARD_GRAVITY)
     assert "kept in the history of arm" in saved.says
-    assert workshop.save(report).path == saved.path, "an equal file is kept"
+    assert workshop.save(sagging).path == saved.path, "an equal file is kept"
     workshop.describe(Description("arm", "7", note="after a fall"))
-    assert workshop.save(report).path == saved.path, "no other calibration by its note"
+    assert workshop.save(sagging).path == saved.path, "no other calibration by its note"
     assert read_calibration(saved.path).note == "after a fall"
     with Catalogue(tmp_path) as catalogue:
         (kept,) = catalogue.history("arm").calibrations

@@ -113,12 +113,16 @@ async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> Non
         assert hand.told == [("z", 15.0), ("x", -15.0), ("snap", "+x-y")]
 
 
-async def test_skipping_states_its_consequence_first() -> None:
-    source = fakes.FakeSource(fakes.poses_status())
+@pytest.mark.parametrize(
+    ("step", "says"),
+    [(StepKind.POSES, "fewer directions"), (StepKind.RECHECK, "axes that were not seen")],
+)
+async def test_skipping_states_its_consequence_first(step: StepKind, says: str) -> None:
+    source = fakes.FakeSource(replace(fakes.poses_status(), step=step, steps=()))
     async with app_with(source).run_test(size=USUAL) as pilot:
-        await shows(pilot, "▸18 POSES")
+        await shows(pilot, "s skip step")
         await pilot.press("s")
-        await shows(pilot, "fewer directions", "s skip it")
+        await shows(pilot, says, "s skip it")
         assert source.commands == []
         await pilot.press("s")
         await until(pilot, lambda: source.commands == [("skip", "")])

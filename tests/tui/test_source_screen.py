@@ -30,6 +30,10 @@ def _ports() -> Sequence[SourceChoice]:
     return [PORT]
 
 
+def _denied() -> Sequence[SourceChoice]:
+    raise PermissionError("permission denied: /home/a/sessions")
+
+
 def _sessions() -> Sequence[SourceChoice]:
     return [SESSION]
 
@@ -41,6 +45,12 @@ async def test_the_list_names_ports_sessions_and_the_virtual_imu(size: tuple[int
         await shows(
             pilot, "▸SOURCE", "virtual IMU", "/dev/ttyACM0", "2341:8057", "session of 14:03"
         )
+
+
+async def test_what_cannot_be_listed_is_said_beside_the_other_sources() -> None:
+    services = replace(fakes.services(fakes.FakeSource()), ports=_ports, earlier=_denied)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "/dev/ttyACM0", "▲ not all sources are listed", "/home/a")
 
 
 async def test_enter_opens_and_enter_again_starts() -> None:

@@ -16,7 +16,7 @@ from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
-from imucal_wizard.model.lesson import lesson, picture
+from imucal_wizard.model.lesson import BASE_LESSONS, lesson, picture
 from imucal_wizard.tui.bench.panels import picture_rows
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 from imucal_wizard.tui.panels.traces import trace
@@ -24,27 +24,6 @@ from imucal_wizard.tui.text import Line, Span, clock, line, wrapped
 
 LESSON_PLOT_ROWS = 11
 """Rows of the plot in a lesson."""
-_FAMILY = {
-    "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
-    "forces or speeds separate them, and sometimes more data.",
-    "time": "in one slow change the members of this family are nearly the same. A session in which "
-    "the temperature rises and falls, with repeated poses, separates them.",
-}
-"""What separates the members of a family, by the kind of its effects."""
-_BASE = {
-    "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
-    "the device over: half of the sum of both readings is the bias.",
-    "scale": "The reading per unit of the input. Turn the device over: half of the difference of "
-    "both readings is one g in the sensor's own unit.",
-    "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
-    "small part of the force along the others. Poses between the faces (edges) show it.",
-    "soft-iron": "Iron and nickel near the chip concentrate the field, more along one line than "
-    "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
-    "the same effect and are included. A circle on each of the six faces shows it.",
-    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
-    "effect tested here explains this hold and all the others. Do not delete it; measure the "
-    "pose again.",
-}
 
 
 def rows_for(snapshot: BenchSnapshot, term: str, width: int, *, hidden: bool = False) -> list[Line]:
@@ -92,18 +71,20 @@ def lesson_rows(
         ("what to do about it", words.remedy),
         ("how to confirm it without this program", words.confirm),
         ("source", words.source),
+        ("family", words.family),
     )
     for name, text in more:
         if text:
             rows += [line(""), *_part(name, text, width)]
-    if effect.family:
-        rows += [line(""), *_part("family", f"{effect.family}: {_FAMILY[effect.kind]}", width)]
     return rows
 
 
 def plain_rows(term: str, width: int) -> list[Line]:
     """The same for a term of the base or a disturbed hold."""
-    return [*_heading(term), *wrapped(_BASE.get(term, "There is no lesson about it."), width)]
+    return [
+        *_heading(term),
+        *wrapped(BASE_LESSONS.get(term, "There is no lesson about it."), width),
+    ]
 
 
 def signature_rows(effect: Effect, sensor: str, width: int) -> list[Line]:

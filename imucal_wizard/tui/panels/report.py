@@ -144,7 +144,7 @@ def verdict_line(diagnosis: Diagnosis) -> Table:
 def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     """One row per sensor: before, after, held out, noise; and the error on new poses."""
     validated = any(fit.validation_rms is not None for fit in report.sensors.values())
-    table, beside = _table(), list[Text]()
+    table, remarks = _table(), list[Text]()
     for name in ("", "before", "", "after", "held out", "noise", *(["new poses"] * validated), ""):
         table.add_column(name, justify="left" if not name else "right", no_wrap=True)
     for fit in report.sensors.values():
@@ -161,15 +161,13 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             Text("▲" if missing else "", STYLES["warn"]),
         )
     for name, fit in report.sensors.items():
-        limits, diagnosis = limits_text(fit.held_out_interval, fit.unit), diagnoses.get(name)
-        said = [f"held out, 90 %: {limits}"] if limits else []
-        if diagnosis is not None and diagnosis.could_be is not None:
-            said.append(f"could be {quantity(diagnosis.could_be, fit.unit)}")
-        said += [note for note in (fit.before_note, fit.slow_noise_note) if note]
-        if said:
-            beside.append(Text(f" {name}: {'; '.join(said)}", "dim"))
+        limits = limits_text(fit.held_out_interval, fit.unit)
+        notes = [f"held out, 90 %: {limits}"] if limits else []
+        notes += [note for note in (fit.before_note, fit.slow_noise_note) if note]
+        if notes:
+            remarks.append(Text(f" {name}: {'; '.join(notes)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
-    return Group(table, *beside, *new)
+    return Group(table, *remarks, *new)
 
 
 def _validation(fit: SensorFit) -> Text:

@@ -134,7 +134,7 @@ OFFER_KEYS = {
 def offer_rows(offers: Sequence[Offer], width: int) -> list[Line]:
     """The offers with their keys, as many in a row as fit."""
     rows: list[list[Span]] = []
-    for offer in (one for one in offers if one.command in OFFER_KEYS):
+    for offer in offers:
         spans: list[Span] = [(f" {OFFER_KEYS[offer.command]} ", "key"), (f" {offer.text}  ", "")]
         if rows and width_of((*rows[-1], *spans)) <= width + 2:
             rows[-1] += spans

@@ -94,6 +94,8 @@ class LiveScreen(Screen[None]):
     ]  # fmt: skip
     step: str = StepKind.SOURCE
     """The step of the procedure that this screen shows."""
+    above: ClassVar[bool] = False
+    """It lies above the screen of a step, which goes to another step when this one is closed."""
 
     def __init__(self, state: WizardState) -> None:
         super().__init__()
@@ -158,14 +160,18 @@ class LiveScreen(Screen[None]):
         """Show another description of the device."""
 
     def end(self, step: str) -> None:
-        """Request the screen of another step, once."""
-        if not self._ended:
-            self._ended = True
-            self.leave(step)
+        """Request the screen of another step, once; a screen above that of a step closes."""
+        if self._ended:
+            return
+        self._ended = True
+        if self.above:
+            self.dismiss()
+        else:
+            self.post_message(StepOver(step))
 
-    def leave(self, step: str) -> None:
-        """Request the screen of another step."""
-        self.post_message(StepOver(step))
+    def action_close(self) -> None:
+        """Return to the screen below."""
+        self.end(self.step)
 
 
 def step_spans(

@@ -38,6 +38,7 @@ class HeadingScreen(LiveScreen):
     """
 
     CSS_PATH = "heading.tcss"
+    above = True
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
         Binding("question_mark", "app.explain('heading')", "help", tooltip="explains this screen"),
@@ -90,14 +91,6 @@ class HeadingScreen(LiveScreen):
                 *_stale(snapshot, width - 2), *course_rows(now, self._report, width - 2)
             ]
         )  # fmt: skip
-
-    def leave(self, step: str) -> None:  # noqa: ARG002 (the screen below goes to that step)
-        """Close this screen; the one below shows the step."""
-        self.dismiss()
-
-    def action_close(self) -> None:
-        """Return to the screen below."""
-        self.end(self.step)
 
 
 def _card(heading: float | None) -> Build:

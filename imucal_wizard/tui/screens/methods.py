@@ -26,6 +26,7 @@ class MethodsScreen(LiveScreen):
         step: the step of the screen below.
     """
 
+    above = True
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("m", "app.mute", "sound", show=False, tooltip="switches the sounds off or on"),
         Binding("question_mark", "app.explain('methods')", "help", tooltip="explains this screen"),
@@ -67,14 +68,6 @@ class MethodsScreen(LiveScreen):
         if self._methods is None:
             return [line("Fitting by every method …", "accent")]
         return [line(text, _style(text)) for text in method_table(self._methods, width).split("\n")]
-
-    def leave(self, step: str) -> None:  # noqa: ARG002 (the screen below goes to that step)
-        """Close this screen; the one below shows the step."""
-        self.dismiss()
-
-    def action_close(self) -> None:
-        """Return to the screen below."""
-        self.end(self.step)
 
 
 def _style(text: str) -> str:

@@ -371,7 +371,9 @@ class SaveScreen(FitScreen):
         elif self.state.saved is not None:
             rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
             device = self.state.services.description.named
-            known = f"device: {device}" if device else "no device: d names it, for its history"
+            known = (
+                f"device: {device}" if device else "no device name; d: give one, for its history"
+            )
             rows += wrapped(f"  {known}", width, "quiet", indent="  ")
             if self.state.unsaved:
                 words = "▲ The bench has another model than this file: s saves it."

@@ -2,8 +2,6 @@
 
 import re
 import time
-from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -159,20 +157,19 @@ class SourceScreen(LiveScreen):
 
     @work(exclusive=True, group="look")
     async def action_look(self) -> None:
-        """Look for ports and for sessions to resume."""
-        services = self.state.services
-        found = [VIRTUAL]
+        """Look for ports, for devices to check and for sessions; say what cannot be listed."""
+        services, found, problem = self.state.services, [VIRTUAL], ""
         for look in (services.ports, services.calibrations, services.earlier):
-            found += await in_thread(partial(self._found, look))
+            try:
+                found += await in_thread(look)
+            except (ImucalError, OSError) as error:  # the other sources remain
+                problem = f"▲ not all sources are listed: {error}"
         self._choices = found
         self._list()
-
-    @staticmethod
-    def _found(look: Callable[[], Sequence[SourceChoice]]) -> list[SourceChoice]:
-        try:
-            return list(look())
-        except (ImucalError, OSError):  # the other sources remain
-            return []
+        if problem and self._chosen is None:
+            self.lines("preview").draw(
+                lambda width, _: [*wrapped(problem, width, "warn", "  "), *welcome_rows(width)]
+            )
 
     @property
     def _listed(self) -> list[SourceChoice]:

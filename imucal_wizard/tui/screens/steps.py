@@ -9,7 +9,7 @@ from textual.containers import Horizontal, Vertical
 from imucal_wizard.core.quantities import number
 from imucal_wizard.guide.kinds import TITLES, Act, StepKind
 from imucal_wizard.guide.operator_view import IDENTITY, Matrix, Turn, matrix_of, turn_to
-from imucal_wizard.guide.plan import standard
+from imucal_wizard.guide.plan import consequence
 from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.drawing import ARROW_HEADS, cube_rows
@@ -157,13 +157,13 @@ class StepScreen(LiveScreen):
 
     def action_skip(self) -> None:
         """State the consequence of skipping; skip after confirmation."""
-        step = standard().step(StepKind(self.step))
+        step = StepKind(self.step)
 
         def answered(answer: str | None) -> None:
             if answer:
                 self.state.order("skip")
 
-        self.app.push_screen(SkipDialog(TITLES[step.kind], step.skipped), answered)
+        self.app.push_screen(SkipDialog(TITLES[step], consequence(step)), answered)
 
     def action_hand_turn(self, axis: str, sense: int) -> None:
         """Turn the virtual device."""
