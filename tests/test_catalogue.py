@@ -84,7 +84,7 @@ def test_a_device_has_its_calibrations_rechecks_and_sessions(tmp_path: Path) -> 
         told = first.sensors["accelerometer"]
         assert told.parameters["bias_x"] == PastParameter(0.1, 0.002, "m/s^2", determined=True)
         assert told.covariance == [[4e-6]]
-        assert told.error == measured(0, None)["accelerometer"].rms_fitted
+        assert told.error == measured(0, None)["accelerometer"].error_as_left
         assert [one.verdict for one in history.rechecks] == ["go"]
         assert [one.path.name for one in history.sessions] == ["a.imucal"]
         assert [(s.path.name, s.seconds) for s in catalogue.sessions()] == [

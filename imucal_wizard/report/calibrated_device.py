@@ -7,6 +7,7 @@ from datetime import datetime
 import numpy as np
 
 from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
@@ -48,7 +49,7 @@ from imucal_wizard.model.effect import (
     Effect,
 )
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
-from imucal_wizard.report.calibration_file import Calibration, Sensor
+from imucal_wizard.report.calibration_file import Calibration, Device, Sensor
 from imucal_wizard.run.snapshot import StreamStatus
 
 ENOUGH_HOLDS = 8
@@ -163,6 +164,12 @@ class CalibratedDevice:
         if best is None or (enough and best[1] < LEAST_GAIN):
             return Proposal(None, *count)
         return Proposal(best[0], *count, "of all poses it shows most of what was not seen yet")
+
+    @property
+    def described(self) -> Description:
+        """The device that was calibrated."""
+        about = self.calibration.device or Device()
+        return Description(about.name or "", about.serial or "", about.chip or "")
 
     def check_device(self, serial: str) -> None:
         """Refuse another device than the one that was calibrated.

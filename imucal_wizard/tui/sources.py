@@ -253,9 +253,11 @@ class SourceOpener:
         from imucal_wizard.sessions import remove_session
 
         about = {"kind": "port", "port": port, "baud": self._options.baud}
-        self._propose(self._device_at(port))
+        found = self._device_at(port)
+        self._propose(found)
         if self.known is not None:
             self.known.check_device(self.description.serial)
+            self._propose(self.known.described.over(found))
         link = self._link(port, self._options.baud)
         engine, path = self._begin(about), self.session
         assert path is not None, "the engine writes it"  # noqa: S101 (narrows the type)

@@ -103,6 +103,15 @@ def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(
     reopened.stop()
 
 
+def test_a_recheck_is_of_the_device_that_was_calibrated(tmp_path: Path) -> None:
+    saved = shifted(1, 0.0).save(tmp_path / "my.json")
+    services = WizardServices(WizardOptions(sessions=tmp_path / "s", recheck=saved))
+    source = services.open_source(SourceChoice(SourceKind.PORT, "/dev/nothing"))
+    assert services.description == Description("arm")
+    source.start()
+    source.stop()
+
+
 def test_a_recheck_that_is_opened_again_has_its_calibration_and_its_limits(tmp_path: Path) -> None:
     saved = calibration(turns=6).save(tmp_path / "my.json")
     options = WizardOptions(sessions=tmp_path / "s", recheck=saved, speed=50.0)

@@ -177,7 +177,8 @@ async def test_a_file_that_is_no_recording_ends_the_app_with_the_reason(tmp_path
 def test_a_calibration_never_replaces_another_unless_its_name_was_given(tmp_path: Path) -> None:
     workshop = WizardServices(WizardOptions())
     workshop.sources.session = tmp_path / "s.imucal"
-    reports = [fakes.report(), fakes.report(True), replace(fakes.report(), gravity=9.81)]
+    elsewhere = replace(fakes.report(), gravity=9.81, holds=())
+    reports = [fakes.report(), fakes.report(True), elsewhere]
     names = [workshop.save(report).path.name for report in reports]
     assert names == ["s.json", "s-2.json", "s-3.json"]
     again = [workshop.save(report).path.name for report in reports]
