@@ -33,6 +33,15 @@ MAX_CLOSE_SECONDS = 10.0
 
 _Write = Callable[[Session], None]
 
+_open: list["Journal"] = []
+"""Journals whose session is not closed yet."""
+
+
+def close_journals() -> None:
+    """Close every session, for an end of the process that runs no exit functions."""
+    for journal in list(_open):
+        journal.close()
+
 
 @dataclass(eq=False)
 class _Waiting:
@@ -74,6 +83,7 @@ class Journal:
         self._thread: threading.Thread | None = None
         self.passed = self.written = 0
         if session is not None:
+            _open.append(self)
             atexit.register(self.close)  # also if the program is left while the source is opened
 
     def raw(self, arrival: float, data: bytes) -> None:
@@ -161,7 +171,10 @@ class Journal:
             self._thread.join(0.0 if self._failure is not None else MAX_CLOSE_SECONDS)
         elif self._session is not None and not closed:
             self._finish(self._session)
-        atexit.unregister(self.close)  # not before: the end of the program waits, too
+        # not before: the end of the program waits, too
+        atexit.unregister(self.close)
+        if self in _open:
+            _open.remove(self)
 
     def rescue(self, path: Path) -> None:
         """Write the whole session to another place after the disk has failed.

@@ -121,10 +121,13 @@ class BaseApp(App[Saved]):
         """Close what the app has open; called in any thread."""
 
     def end_at_once(self, signal_number: int) -> NoReturn:
-        """Give the terminal back and end the process."""
+        """Give the terminal back, close the session and end the process."""
+        from imucal_wizard.run.journal import close_journals  # imported when it is needed
+
         leave = getattr(self._driver, "leave_at_once", None)
         if leave is not None:
             leave()
+        close_journals()  # of a source that is still being opened, too
         os._exit(SIGNALLED + signal_number)
 
     def unsaved_model(self) -> str:

@@ -154,7 +154,7 @@ def test_memory_does_not_grow_with_the_recording(
 def test_a_port_is_measured_live(
     pty: Pty, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("imucal_wizard.cli.noise.TOLD_EVERY_SECONDS", 0.05)
+    monkeypatch.setattr("imucal_wizard.cli.noise.REPORT_SECONDS", 0.05)
     place = tmp_path / "noise.json"
     lines = csv_of(TIME, force(8107)).splitlines(keepends=True)
 

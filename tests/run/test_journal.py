@@ -257,3 +257,14 @@ def test_a_session_that_nobody_closes_is_closed_at_the_end_of_the_program(
         close()
     assert list(tmp_path.iterdir()) == [path]
     assert kept.written == 0
+
+
+def test_open_sessions_can_be_closed_without_the_exit_functions(tmp_path: Path) -> None:
+    """As a signal does that ends the process while its source is being opened."""
+    path = tmp_path / "a.imucal"
+    kept = Journal(Session.create(path, {"asked": {}, "setup": {}, "settings": {}}))
+    assert len(list(tmp_path.iterdir())) > 1
+    journal.close_journals()
+    assert list(tmp_path.iterdir()) == [path]
+    kept.close()  # as a source does that is released later
+    journal.close_journals()
