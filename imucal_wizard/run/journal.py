@@ -39,7 +39,7 @@ _open: list["Journal"] = []
 
 def close_journals() -> None:
     """Close every session, for an end of the process that runs no exit functions."""
-    for journal in list(_open):
+    for journal in _open.copy():  # closing one takes it from the list
         journal.close()
 
 

@@ -69,8 +69,8 @@ def test_an_effect_added_to_real_samples_is_never_called_another(recording: str)
     """At twice the nameable size it is named, listed or probable; none of these is another.
 
     Where something was added, fresh holds and rotations agree. A bias that drifts is not always
-    separated from one that warms up, and two explanations are listed instead of one being added. The
-    Xsens gyroscope feels gravity by itself, and both effects are named there.
+    separated from one that warms up, and two explanations are listed instead of one being added.
+    The Xsens gyroscope feels gravity by itself, and both effects are named there.
     """
     shared_data("README.md")
     for number, term in enumerate(("second-order", "gyroscope/bias-drift")):
