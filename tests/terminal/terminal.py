@@ -21,6 +21,8 @@ FRAMES_ASKED = b"\x1b[?2026$p"
 FRAMES_KNOWN = b"\x1b[?2026;2$y"
 FRAME_START, FRAME_END = b"\x1b[?2026h", b"\x1b[?2026l"
 """Synchronized output: the terminal says that it knows it, and a frame is drawn as a whole."""
+FRAME_SECONDS = 2.0
+"""Seconds after which a frame without an end is drawn, as terminals do: its program was stopped."""
 
 
 class Terminal:
@@ -48,6 +50,7 @@ class Terminal:
         """The keyboard is dead: what is typed or answered does not reach the program."""
         self._stream = pyte.ByteStream(self.screen)
         self._undrawn = b""
+        self._begun = 0.0
         self._status: int | None = None
         self.pid, self._fd = pty.fork()
         if self.pid == 0:  # the child becomes the program
@@ -97,6 +100,9 @@ class Terminal:
         Returns:
             Whether something was drawn in time; None if the program has closed the terminal.
         """
+        if self._undrawn and time.monotonic() - self._begun > FRAME_SECONDS:
+            self._stream.feed(self._undrawn)
+            self._undrawn = b""
         if not select.select([self._fd], [], [], timeout)[0]:
             return False
         try:
@@ -116,6 +122,8 @@ class Terminal:
 
     def _draw(self, data: bytes) -> None:
         """Draw what has come; a frame that has begun waits for its end."""
+        if not self._undrawn:
+            self._begun = time.monotonic()
         self._undrawn += data
         begun, ended = self._undrawn.rfind(FRAME_START), self._undrawn.rfind(FRAME_END)
         escape = self._undrawn.rfind(b"\x1b")
