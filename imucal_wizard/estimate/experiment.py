@@ -193,7 +193,7 @@ class Experiment(ABC):
 
         Returns:
             Probability of each kind of noise, shape (k,), and variance of the combinations by it,
-            shape (k, m); None where the misfit itself has to tell them.
+            shape (k, m); None if the misfit has to show them.
         """
         del found, combinations
         return None

@@ -474,7 +474,7 @@ class _Rests:
         )
 
     def slow_errors(self, rest: LongRest | None) -> SlowErrors | None:
-        """Told from what the fit leaves; None where nothing is left to judge by."""
+        """Estimated from the residuals; None where nothing is left to judge by."""
         if self._found.balance.freedom.min() < 1.0:
             return None
         return slow_errors(self._spans, self.axes, True, rest, self.between)

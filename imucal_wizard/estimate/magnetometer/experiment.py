@@ -80,8 +80,8 @@ class MagnetometerExperiment(Experiment):
         data: what was measured.
         alignment: how the sensor lies in the accelerometer's frame; None for its own frame.
         poses: still poses in that frame, whose dip is one; None without any.
-        known: what of the errors of the rows is slow, told by a fit of them; None where none of it
-            matters, or before a fit.
+        known: the slow errors of the rows, estimated by a fit of them; None where none
+            of them matters, or before a fit.
         loading: by how much the latent slow errors move the rows, shape (n, m).
     """
 
