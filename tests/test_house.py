@@ -155,7 +155,7 @@ def test_importing_the_package_imports_nothing_heavy(heavy: str) -> None:
 
 
 def test_the_list_of_sources_does_not_wait_for_numpy() -> None:
-    """numpy takes a third of the time until the first screen."""
+    """Numpy takes a third of the time until the first screen."""
     script = """
 import sys
 import imucal_wizard.tui.app
