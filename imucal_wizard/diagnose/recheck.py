@@ -32,9 +32,10 @@ from imucal_wizard.diagnose.calibrated_sensor import (
     RecheckData,
 )
 from imucal_wizard.diagnose.change import PLANNING_DRAWS, Change, DetectableChange, DetectionPower
+from imucal_wizard.estimate.inertial import scale_notes
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference
-from imucal_wizard.model.effect import SENSORS
+from imucal_wizard.model.effect import GYROSCOPE, SENSORS
 
 FIELD_FLOORS = 3.0
 """Errors that a calibration left on other directions, up to which a field that varies is usual."""
@@ -120,6 +121,11 @@ class Recheck:
     sensors: Mapping[str, SensorRecheck]
     says: str
 
+    @property
+    def judged(self) -> bool:
+        """Whether anything was measured by which a sensor can be judged."""
+        return any(one.floor is not None for one in self.sensors.values())
+
 
 @dataclass(frozen=True)
 class RecheckCriteria:
@@ -150,8 +156,9 @@ def recheck(
     """
     found: dict[str, SensorRecheck] = {}
     for one, drift, change in _changes(known, measured, criteria):
-        if isinstance(change, str):
-            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {change}")
+        why = change if isinstance(change, str) else _misread(change)
+        if isinstance(change, str) or why:
+            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {why}")
         else:
             found[one.sensor] = _judged(change, drift, criteria, _warmer(one, measured))
     return found
@@ -331,6 +338,15 @@ def _moved(change: Change) -> tuple[MovedParameter, ...]:
         and abs(one.by) > SURE_TO_MOVE * (one.standard_error or 0.0)
     ]
     return tuple(sorted(sure, key=lambda one: one.p))
+
+
+def _misread(change: Change) -> str:
+    """That a gyroscope's scale has changed as no sensor's does, and what explains it; or ""."""
+    if change.known.sensor != GYROSCOPE:
+        return ""
+    before, now = change.known.calibration.matrix, change.found.calibration.matrix
+    scale = abs(np.linalg.det(now) / np.linalg.det(before)) ** (1.0 / 3.0)
+    return "; ".join(scale_notes(float(scale), 0.0))
 
 
 def _most(change: Change, moved: Sequence[MovedParameter]) -> str:
