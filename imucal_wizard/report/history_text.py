@@ -56,8 +56,8 @@ def session_state(session: SessionInfo) -> str:
     """The verdict of a session, or why it has none."""
     if session.problem:
         return "in use" if session.busy else "damaged"
-    told = session.recheck.upper() or verdict_word(session.grades)
-    return told or ("not saved" if session.finished else "unfinished")
+    outcome = session.recheck.upper() or verdict_word(session.grades)
+    return outcome or ("not saved" if session.finished else "unfinished")
 
 
 def session_table(sessions: Sequence[SessionInfo], folder: Path) -> str:

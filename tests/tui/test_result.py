@@ -232,14 +232,14 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
-    assert "0.194 mg" in sensor
+    assert "0.191 mg" in sensor
     assert any("residuals of the new poses  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
 @pytest.mark.parametrize("width", [76, 150])
 def test_no_row_of_the_summary_is_wider_than_the_page(width: int) -> None:
-    report, told = fakes.report(), fakes.diagnoses()
-    for row in printed(fit_summary(report, told, graded(report, told)), width).splitlines():
+    report, found = fakes.report(), fakes.diagnoses()
+    for row in printed(fit_summary(report, found, graded(report, found)), width).splitlines():
         assert len(row) <= width
         assert "…" not in row
 

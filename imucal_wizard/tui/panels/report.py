@@ -156,7 +156,7 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             "→",
             quantity(fit.rms_fitted, fit.unit),
             Text(quantity(fit.rms_held_out, fit.unit), "bold"),
-            Text("–" if fit.floor is None else "±" + quantity(fit.floor, fit.unit), "dim"),
+            Text(quantity(fit.floor, fit.unit), "dim"),
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
@@ -216,7 +216,7 @@ def _without_rows(fit: SensorFit) -> ResidualView:
 
 def comparison_table(comparison: Sequence[AxisComparison], fit: SensorFit | None) -> Group:
     """The gyroscope by three methods side by side: corrections ``k`` and biases."""
-    table = _table("axis", "turns", "", "static", "dynamic", "nine parameters", "")
+    table = _table("axis", "rotations", "", "static", "dynamic", "nine parameters", "")
     unit = unit_sign(fit.bias_unit) if fit is not None else ""
     for one in comparison:
         table.add_row(
