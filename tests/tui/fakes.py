@@ -277,13 +277,15 @@ LEFT, CLOSURE = 0.00108, 0.0091
 RATE_SCALE, RATE_BIAS = 0.9752, 0.0101
 
 
-def rotation(axis: str, sense: float) -> Rotation:
-    """A second of 90 °/s about a body axis, from the face above to the next."""
-    time = np.arange(100) / 100.0
-    rate = np.full((100, 3), RATE_BIAS)
-    rate[:, "xyz".index(axis)] += sense * np.pi / 2.0 / RATE_SCALE
-    above, beside = [f"+{name}" for name in "xyz" if name != axis]
-    return Rotation(hold(above), hold(beside), time, rate, axis)
+def rotation(axis: str, sense: float, holds: Sequence[Hold]) -> Rotation:
+    """A second of 90 °/s about a body axis, and ``CLOSURE`` more, between two of these holds."""
+    third = "xyz".index(axis)
+    ends = [f"+{'xyz'[(third + 2) % 3]}", f"+{'xyz'[(third + 1) % 3]}"][:: int(sense)]
+    before, after = (next(one for one in holds if one.pose == name) for name in ends)
+    time = np.linspace(0.0, 1.0, 101)
+    rate = np.full((101, 3), RATE_BIAS)
+    rate[:, third] += sense * (np.pi / 2.0 + CLOSURE) / RATE_SCALE
+    return Rotation(before, after, time, rate, axis)
 
 
 def report(validated: bool = False) -> FitReport:
@@ -293,7 +295,8 @@ def report(validated: bool = False) -> FitReport:
     left = LEFT * np.resize([1.0, -1.0], len(holds))
     for place, one in enumerate(holds):
         mean = 0.991 * one.accelerometer * (1.0 + left[place] / GRAVITY) + bias
-        holds[place] = replace(one, accelerometer=mean)
+        start = 5.0 * place
+        holds[place] = replace(one, start=start, end=start + 2.0, accelerometer=mean)
     accelerometer = SensorFit(
         "accelerometer", ("bias", "scale", "non-orthogonality"), "least_squares", "own",
         eye / 0.991, bias, "m/s^2",
@@ -307,12 +310,12 @@ def report(validated: bool = False) -> FitReport:
         validation_rms=0.00187 if validated else None,
         validation=(0.001, -0.003, 0.0012, -0.0016) if validated else (),
     )  # fmt: skip
-    rotations = tuple(rotation(axis, sense) for axis in "xyz" for sense in (1.0, -1.0) * 3)
+    rotations = tuple(rotation(axis, sense, holds) for axis in "xyz" for sense in (1.0, -1.0) * 3)
     gyroscope = SensorFit(
         "gyroscope", ("bias", "scale", "non-orthogonality"), "vector", "accelerometer",
         RATE_SCALE * eye, np.full(3, RATE_BIAS), "rad/s",
         (Parameter("bias_x", RATE_BIAS, 0.0001, "rad/s"),),
-        "rad", 0.0838, CLOSURE, 0.0108, 0.0018, CLOSURE * np.resize([1.0, -1.0], 18),
+        "rad", 0.0838, CLOSURE, 0.0108, 0.0018, np.full(18, CLOSURE),
     )  # fmt: skip
     comparison = tuple(
         AxisComparison(axis, 6, 0.0101, 0.975, 0.004, 0.0102, 0.0003, 0.976, 0.002,
