@@ -77,7 +77,7 @@ async def test_everything_is_reached_by_scrolling() -> None:
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("pagedown")
-        await shows(pilot, "nine parameters")
+        await shows(pilot, "by three methods")
         await pilot.press("pagedown")
         await shows(pilot, "0.97520 ±0.00060")
         await pilot.press("end")
