@@ -154,6 +154,20 @@ def test_importing_the_package_imports_nothing_heavy(heavy: str) -> None:
     assert printed.stdout.strip() == b"False"
 
 
+def test_the_list_of_sources_does_not_wait_for_numpy() -> None:
+    """Numpy takes a third of the time until the first screen."""
+    script = """
+import sys
+import imucal_wizard.tui.app
+from imucal_wizard.cli.main import main
+from imucal_wizard.tui import run
+run.run_wizard = lambda options: len({"numpy", "scipy"} & set(sys.modules))
+print(main(["wizard"]))
+"""
+    printed = subprocess.run([sys.executable, "-c", script], capture_output=True, check=True)
+    assert printed.stdout.strip() == b"0"
+
+
 def test_no_modules_import_one_another_in_a_circle() -> None:
     """Two threads that import a circle at the same time see modules that are only half made."""
     trees = {

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks.kills import (
+from benchmarks.attacks.performed import (
     PATIENCE,
     ROTATIONS,
     Device,
@@ -184,11 +184,10 @@ def sit(speed: float, seconds: float, rng: np.random.Generator) -> Sitting:
             "POWER_FOLDER": str(folder.parent / "sessions"),
             "POWER_LOG": str(log),
         }
-        device, sitting = Device(speed), Sitting([])
-        device.start()
+        device, sitting = Device(speed, performance()), Sitting([])
         options = ["--sessions", str(folder), "--rotations", str(ROTATIONS)]
         command = program("--port", device.port.path, *options)
-        with Terminal(command, environment=environment) as terminal:
+        with device.sending(0), Terminal(command, environment=environment) as terminal:
             terminal.wait_for("is this what you expect", PATIENCE)
             terminal.press("\r")
             terminal.wait_for("▸SETTLE", PATIENCE)
@@ -203,7 +202,7 @@ def sit(speed: float, seconds: float, rng: np.random.Generator) -> Sitting:
                 if now.done > before.done and rng.random() < UNDONE:
                     terminal.press("u")
                 before = now
-        device.stop()
+        device.port.close()
         sitting.record = list(calls(log.read_bytes()))
     return sitting
 

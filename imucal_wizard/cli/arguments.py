@@ -114,6 +114,8 @@ def own_effects(paths: Sequence[Path]) -> "list[Effect]":
     Raises:
         UsageError: a file is no effect, or others can write it.
     """
+    if not paths:
+        return []  # the catalogue loads numpy, which the first screen does not wait for
     from imucal_wizard.model.catalogue import load_effect
 
     return [load_effect(path, announce=note) for path in dict.fromkeys(paths)]
