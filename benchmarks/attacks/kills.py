@@ -10,45 +10,37 @@ session that differs at its end, in any bit, from the same bytes and commands wi
 """
 
 import os
-import re
 import signal
 import sqlite3
 import tempfile
-import threading
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 
 import numpy as np
 
 from benchmarks.attacks import CLOCK, Outcome
-from imucal_wizard.guide.kinds import TITLES, StepKind
-from imucal_wizard.guide.plan import standard
-from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.procedure_settings import ProcedureSettings
-from imucal_wizard.run.session_replay import SessionReplay
-from imucal_wizard.sessions import KeptSession
-from imucal_wizard.simulate.imu import VirtualImu
-from imucal_wizard.simulate.terminal import OPEN_SECONDS, Pty
-from tests.run.performance import same
+from benchmarks.attacks.performed import (
+    PATIENCE,
+    ROTATIONS,
+    Device,
+    Shown,
+    difference,
+    lines_held,
+    performance,
+)
+from benchmarks.attacks.power_loss import cut_power
 from tests.terminal.terminal import POLL, Terminal, program
 
 NUMBER = 1
 ATTACK = "killed at random and at each confirmation; power lost"
 
-RATE = 100
-"""Samples per second of device time."""
-ROTATIONS = 2
-"""Rotations about each axis."""
-LINES_BEFORE_START = 200
-"""Lines that the device sends before the procedure is started; then it waits for the start."""
 SPEEDS = (1.0, 20.0)
-AT_ONCE = 8
+AT_ONCE = 4
 """Sessions at once: at true speed a session uses a tenth of a core, and its start one second."""
 MOST_KILLS = 250
 """Kills of a sitting: those at random moments reach the end of the procedure at true speed."""
@@ -57,16 +49,6 @@ SOON = 2.5
 the true speed, which are ten seconds of device time."""
 UNDONE = 0.5
 """Share of the kills, in a sitting with commands, that wait for a hold to be taken back."""
-PATIENCE = 300.0
-"""Seconds after which what has not happened will not happen, however busy the machine is."""
-
-_STEPS = (
-    StepKind.SETTLE,
-    StepKind.UP_DOWN,
-    StepKind.POSES,
-    StepKind.ROTATIONS,
-    StepKind.RESULT,
-)
 
 
 @dataclass(frozen=True)
@@ -90,106 +72,6 @@ class Sitting:
     end: float = float("inf")
 
 
-@cache
-def performance() -> tuple[bytes, ...]:
-    """The lines of a whole procedure, performed by the hand of a virtual IMU."""
-    imu = VirtualImu(RATE, seed=3, speed=float("inf"), following=True)
-    engine = Engine(settings=ProcedureSettings(standard(ROTATIONS)))
-    engine.listen(imu.follow)
-    imu.open()
-    lines: list[bytes] = []
-    while engine.step is not StepKind.RESULT:
-        more = (imu.read(0.0) or imu.rest()).splitlines(keepends=True)
-        if len(lines) < LINES_BEFORE_START <= len(lines) + len(more):
-            first, more = (
-                more[: LINES_BEFORE_START - len(lines)],
-                more[LINES_BEFORE_START - len(lines) :],
-            )
-            engine.receive(b"".join(first), 0.0)
-            engine.command("start")
-            lines += first
-        engine.receive(b"".join(more), 0.0)
-        lines += more
-    return tuple(lines)
-
-
-class Device(threading.Thread):
-    """A device on a pseudo-terminal that sends the lines of the performance by the clock.
-
-    Like a real one it prints its header first. Lines that do not fit into the port wait.
-
-    Attributes:
-        next: number of the line after the last one sent; set it while nobody has the port open.
-        started: the procedure is started, so the device goes on.
-    """
-
-    def __init__(self, speed: float) -> None:
-        super().__init__(daemon=True)
-        self.port = Pty()
-        self.next = 0
-        self.started = threading.Event()
-        self._speed = speed
-        self._over = threading.Event()
-
-    def run(self) -> None:
-        """Send whenever somebody has the port open."""
-        while not self._over.is_set():
-            if self.port.connected():
-                self.port.settle(OPEN_SECONDS)
-                self._send()
-            self._over.wait(0.01)
-
-    def _send(self) -> None:
-        lines = performance()
-        waiting, due, last = lines[0], 0.0, time.monotonic()
-        while not self._over.is_set():
-            self.port.read()
-            if not self.port.connected():
-                return
-            now = time.monotonic()
-            due, last = min(due + (now - last) * RATE * self._speed, 0.25 * RATE * self._speed), now
-            until = len(lines) if self.started.is_set() else LINES_BEFORE_START
-            if not waiting:
-                past = min(self.next + int(due), until)
-                waiting = b"".join(lines[self.next : past])
-                due -= past - self.next
-                self.next = max(past, self.next)
-            waiting = waiting[self.port.write(waiting) :]
-            self._over.wait(0.005)
-
-    def stop(self) -> None:
-        """Unplug it."""
-        self._over.set()
-        self.join()
-        self.port.close()
-
-
-@dataclass(frozen=True)
-class Shown:
-    """What the screen has confirmed.
-
-    Attributes:
-        step: place of the step in the procedure; -1 before it.
-        done: number of holds or rotations that the step counts.
-        notice: the newest notice of something taken, or "".
-    """
-
-    step: int = -1
-    done: int = 0
-    notice: str = ""
-
-    @classmethod
-    def on(cls, text: str) -> "Shown":
-        """What stands on a screen."""
-        names = [TITLES[kind].upper() for kind in _STEPS]
-        names[names.index("POSES")] = "18 POSES"
-        step = next((place for place, name in enumerate(names) if f"▸{name}" in text), -1)
-        count = re.search(r"(\d+) of \d+ done", text)
-        notice = re.search(r"^ [✓↶] (.+?(?:taken|taken back)[^.]*\.)", text, re.MULTILINE)
-        done = int(count[1]) if count else 0
-        return cls(step, done, notice[1].strip() if notice else "")
-
-
 class Killed:
     """A session that is killed and resumed until its end.
 
@@ -203,8 +85,7 @@ class Killed:
         self._sitting = sitting
         self._folder = folder
         self._rng = rng
-        self._device = Device(sitting.speed)
-        self._device.start()
+        self._device = Device(sitting.speed, performance())
         self._before = Shown()
 
     @property
@@ -214,10 +95,10 @@ class Killed:
     def lost(self, kills: int) -> Iterator[str]:
         """Kill so many times, or until the lines have ended; what each kill has lost."""
         for number in range(kills):
-            late = number > 0 and time.monotonic() > self._sitting.end
-            if late or self._device.next >= len(performance()):
+            late, first = number > 0 and time.monotonic() > self._sitting.end, self._held()
+            if late or first >= len(performance()):
                 break
-            with self._started() as terminal:
+            with self._device.sending(first), self._started() as terminal:
                 try:
                     self._wait(terminal)
                 except AssertionError as error:
@@ -227,11 +108,12 @@ class Killed:
                 missing = self._missing(resumed)
                 if not self._moment(terminal):
                     break
-                os.kill(terminal.pid, signal.SIGKILL)
-                terminal.wait(PATIENCE)
-                self._before = Shown.on(terminal.text)
+                self._before = _killed(terminal)
             yield missing or self._unwritten(resumed)
-            self._device.next = lines_held(self._path)
+
+    def _held(self) -> int:
+        """Number of lines that the session holds; the device goes on with the next one."""
+        return max((lines_held(path) for path in self._folder.glob("*.imucal")), default=0)
 
     def _started(self) -> Terminal:
         """The program, with a new session or the one that was killed."""
@@ -294,42 +176,18 @@ class Killed:
 
     def end(self) -> str:
         """Unplug the device; how the session differs from an undisturbed one, or ""."""
-        self._device.stop()
+        self._device.port.close()
         return difference(self._path)
 
 
-def lines_held(path: Path) -> int:
-    """Number of lines of the performance that a session holds."""
-    with KeptSession.look(path) as kept:
-        data = b"".join(piece for _, _, piece in kept.raw())
-    numbers = _numbers()
-    lines = reversed(data.splitlines(keepends=True))
-    return next((numbers[line] + 1 for line in lines if line in numbers), 0)
-
-
-@cache
-def _numbers() -> dict[bytes, int]:
-    """Number of each line of the performance; the header has none, because it is sent again."""
-    header = performance()[0]
-    return {line: number for number, line in enumerate(performance()) if line != header}
-
-
-def difference(path: Path) -> str:
-    """How a session differs from its bytes and commands in one undisturbed run, or ""."""
-    with KeptSession.look(path) as kept:
-        past = SessionReplay(kept)
-        resumed, alone = past.engine(), past.engine()
-        past.replay(resumed)
-        lines = iter(performance())
-        for command in kept.commands():
-            while alone.samples < command.sample_index:
-                alone.receive(next(lines), 0.0)
-            alone.command(command.name, command.argument)
-    while alone.samples < resumed.samples:
-        alone.receive(next(lines), 0.0)
-    if not same(resumed.collected(), alone.collected()) or resumed.status() != alone.status():
-        return f"after {resumed.samples} samples the session differs from an undisturbed one"
-    return ""
+def _killed(terminal: Terminal) -> Shown:
+    """Kill the program; what stands in the last frame that it has drawn as a whole."""
+    os.kill(terminal.pid, signal.SIGKILL)
+    text = terminal.text
+    while terminal.pump_piece(POLL) is not None:
+        text = terminal.text
+    terminal.wait(PATIENCE)
+    return Shown.on(text)
 
 
 def sit(sitting: Sitting) -> tuple[list[str], int]:
@@ -387,8 +245,6 @@ def study(every: Sequence[Sitting]) -> Outcome:
 
 def run(full: bool) -> Outcome:
     """1,000 kills at random, 200 at a confirmation, 600 losses of power; few if not ``full``."""
-    from benchmarks.attacks.power_loss import cut_power  # its device and screen are those of here
-
     outcome = study(sittings(1000, 200) if full else sittings(16, 16))
     cuts = 0
     for speed, seconds in zip(SPEEDS, (200.0, 10.0) if full else (15.0, 3.0), strict=True):

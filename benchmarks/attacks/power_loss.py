@@ -24,7 +24,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.attacks.kills import (
+from benchmarks.attacks.performed import (
     PATIENCE,
     ROTATIONS,
     Device,
@@ -184,11 +184,10 @@ def sit(speed: float, seconds: float, rng: np.random.Generator) -> Sitting:
             "POWER_FOLDER": str(folder.parent / "sessions"),
             "POWER_LOG": str(log),
         }
-        device, sitting = Device(speed), Sitting([])
-        device.start()
+        device, sitting = Device(speed, performance()), Sitting([])
         options = ["--sessions", str(folder), "--rotations", str(ROTATIONS)]
         command = program("--port", device.port.path, *options)
-        with Terminal(command, environment=environment) as terminal:
+        with device.sending(0), Terminal(command, environment=environment) as terminal:
             terminal.wait_for("is this what you expect", PATIENCE)
             terminal.press("\r")
             terminal.wait_for("▸SETTLE", PATIENCE)
@@ -203,7 +202,7 @@ def sit(speed: float, seconds: float, rng: np.random.Generator) -> Sitting:
                 if now.done > before.done and rng.random() < UNDONE:
                     terminal.press("u")
                 before = now
-        device.stop()
+        device.port.close()
         sitting.record = list(calls(log.read_bytes()))
     return sitting
 
@@ -250,15 +249,15 @@ def _missing(folder: Path, sitting: Sitting, moment: float, *, whole: bool) -> s
     paths = list(folder.glob("*.imucal"))
     if not paths:
         return "there is no session"
-    told = [shown.notice for at, shown in sitting.shown if at <= moment and shown.notice]
-    undone = sum("back" in notice for notice in dict.fromkeys(told))
+    notices = [shown.notice for at, shown in sitting.shown if at <= moment and shown.notice]
+    undone = sum("back" in notice for notice in dict.fromkeys(notices))
     sent = max((count for at, count in sitting.sent if at <= moment - MAX_LOST_SECONDS), default=0)
     try:
         held = lines_held(paths[0])
         with closing(sqlite3.connect(paths[0])) as connection:
             written = {text for (text,) in connection.execute("SELECT text FROM event")}
             names = [name for (name,) in connection.execute("SELECT name FROM command")]
-        if unwritten := [notice for notice in told if notice not in written]:
+        if unwritten := [notice for notice in notices if notice not in written]:
             return f"{unwritten[-1]!r} was shown and is not kept"
         if "start" not in names or names.count("undo") < undone:
             return f"{1 + undone} commands were shown, {len(names)} are kept"

@@ -56,9 +56,9 @@ def session_state(session: SessionInfo) -> str:
     """The verdict of a session, or why it has none."""
     if session.problem:
         return "in use" if session.busy else "damaged"
-    told = session.recheck.upper() or verdict_word(session.grades)
-    if told or not session.finished:
-        return told or "unfinished"
+    outcome = session.recheck.upper() or verdict_word(session.grades)
+    if outcome or not session.finished:
+        return outcome or "unfinished"
     return "not kept" if session.step == StepKind.VERDICT else "not saved"
 
 

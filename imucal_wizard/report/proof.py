@@ -277,16 +277,16 @@ def contradiction(calibration: "Calibration") -> str:
 
 def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") -> Iterator[str]:
     """What of a sensor contradicts the rest of it, without the readings."""
-    told = sensor.parameters
+    parameters = sensor.parameters
     for parameter, value in _by_matrices(sensor).items():
-        listed = told.get(parameter)
+        listed = parameters.get(parameter)
         if listed is not None and not _same(listed.value, value, at_least=1e-3):
             yield (
                 f"{parameter} is {number(listed.value, 6)} in the list and {number(value, 6)} by "
                 "its matrix, bias and effects"
             )
     joint = sensor.parameter_covariance
-    for place, (parameter, one) in enumerate(told.items()):
+    for place, (parameter, one) in enumerate(parameters.items()):
         if joint is None or one.standard_error is None:
             continue
         error = math.sqrt(max(joint[place][place], 0.0))

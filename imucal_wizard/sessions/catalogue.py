@@ -187,10 +187,10 @@ class Catalogue:
             UsageError: the device has neither name nor serial number, or the folder cannot be
                 written.
         """
-        told = {key: sanitise(device.get(key) or "") or None for key in ("name", "serial")}
-        if not rows_of.has_name(rows_of.NamedDevice(**told)):
+        names = {key: sanitise(device.get(key) or "") or None for key in ("name", "serial")}
+        if not rows_of.has_name(rows_of.NamedDevice(**names)):
             raise UsageError("the device has no name, so that it has no history")
-        whole = {"created": iso_now(), **document, "device": told}
+        whole = {"created": iso_now(), **document, "device": names}
         when = seconds_of(str(whole["created"])) or time.time()
         kept = self._kept(when, "recheck", encode_json(whole))
         self._look_again()

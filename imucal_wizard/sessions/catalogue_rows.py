@@ -212,7 +212,7 @@ def _add_session(connection: sqlite3.Connection, name: bytes, path: Path) -> boo
             info.holds,
             info.problem,
             info.busy,
-            json.dumps(info.description.told()),
+            json.dumps(info.description.stated()),
         ),
     )
     about = info.description

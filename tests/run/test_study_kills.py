@@ -1,12 +1,18 @@
 """A few kills and losses of power; the whole study is an attack."""
 
+import os
+import select
 import shutil
+import termios
+import time
 from pathlib import Path
 
 import pytest
 
 from benchmarks.attacks.kills import Sitting, study
+from benchmarks.attacks.performed import Device
 from benchmarks.attacks.power_loss import Call, Disk, cut_power
+from imucal_wizard.simulate.terminal import OPEN_SECONDS
 
 
 @pytest.mark.study
@@ -22,6 +28,21 @@ def test_nothing_that_the_screen_has_confirmed_is_lost_by_a_kill() -> None:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="the recorder needs a C compiler")
 def test_nothing_that_the_screen_has_confirmed_is_lost_with_the_power() -> None:
     assert cut_power(20.0, 2.0, 12) == [""] * 12
+
+
+def test_no_line_is_lost_to_a_program_that_empties_its_port_late() -> None:
+    lines = [b"header\r\n", *(b"%d\r\n" % number for number in range(1, 200))]
+    device = Device(20.0, lines)
+    with device.sending(50):
+        port = os.open(device.port.path, os.O_RDWR | os.O_NOCTTY)
+        time.sleep(2.0 * OPEN_SECONDS)
+        termios.tcflush(port, termios.TCIFLUSH)
+        received = b""
+        while received.count(b"\n") < 3 and select.select([port], [], [], 5.0)[0]:
+            received += os.read(port, 4096)
+        os.close(port)
+    device.port.close()
+    assert received.startswith(b"header\r\n50\r\n51\r\n")
 
 
 def test_the_simulated_disk_keeps_what_was_synced_and_nothing_else(tmp_path: Path) -> None:
