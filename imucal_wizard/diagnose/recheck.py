@@ -32,10 +32,9 @@ from imucal_wizard.diagnose.calibrated_sensor import (
     RecheckData,
 )
 from imucal_wizard.diagnose.change import PLANNING_DRAWS, Change, DetectableChange, DetectionPower
-from imucal_wizard.estimate.inertial import scale_notes
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import GravityReference
-from imucal_wizard.model.effect import GYROSCOPE, SENSORS
+from imucal_wizard.model.effect import SENSORS
 
 FIELD_FLOORS = 3.0
 """Errors that a calibration left on other directions, up to which a field that varies is usual."""
@@ -156,7 +155,7 @@ def recheck(
     """
     found: dict[str, SensorRecheck] = {}
     for one, drift, change in _changes(known, measured, criteria):
-        why = change if isinstance(change, str) else _misread(change)
+        why = change if isinstance(change, str) else one.misread(change.found.calibration)
         if isinstance(change, str) or why:
             found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {why}")
         else:
@@ -338,15 +337,6 @@ def _moved(change: Change) -> tuple[MovedParameter, ...]:
         and abs(one.by) > SURE_TO_MOVE * (one.standard_error or 0.0)
     ]
     return tuple(sorted(sure, key=lambda one: one.p))
-
-
-def _misread(change: Change) -> str:
-    """That a gyroscope's scale has changed as no sensor's does, and what explains it; or ""."""
-    if change.known.sensor != GYROSCOPE:
-        return ""
-    before, now = change.known.calibration.matrix, change.found.calibration.matrix
-    scale = abs(np.linalg.det(now) / np.linalg.det(before)) ** (1.0 / 3.0)
-    return "; ".join(scale_notes(float(scale), 0.0))
 
 
 def _most(change: Change, moved: Sequence[MovedParameter]) -> str:
