@@ -107,8 +107,8 @@ def determined_entries(
 ) -> tuple[int, ...]:
     """Which of the entries fitted the rows determine; the worst known gain goes first.
 
-    By the measured noise: an effect that is missing in the model makes residuals large, but it takes
-    no information from the rows, and with the gain left out it could not be found.
+    By the measured noise: an effect that is missing in the model makes residuals large, but takes
+    no information from the rows; with the gain left out the effect could not be found.
 
     Raises:
         DataError: a scale is not determined and has no nominal value.
