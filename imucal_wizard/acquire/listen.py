@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.decode import is_binary
 from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
@@ -115,7 +115,7 @@ def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: flo
     rows = data.count(b"\n") / seconds
     rate = intake.measured_rate
     about = f"{rate:.1f} samples/s" if rate else f"about {rows:.0f} lines/s"
-    if not rate and formats()[intake.format].binary:
+    if not rate and is_binary(intake.format):
         about = "rate not known yet"
     asks = f"; asks for {' and '.join(intake.needs)}" if intake.needs else ""
     names = ",".join(c.channel for c in intake.columns if c.channel)

@@ -17,6 +17,7 @@ from imucal_wizard.core.readings import (
     Readings,
     Series,
     join_readings,
+    join_series,
 )
 from imucal_wizard.core.records import dataclass
 
@@ -186,13 +187,7 @@ class BlockCutter:
 
     def _keep_temperatures(self, new: Series | None) -> None:
         if new is not None and len(new):
-            known = self._temperatures
-            parts = [new] if known is None else [known, new]
-            self._temperatures = Series(
-                np.concatenate([part.time for part in parts]),
-                np.concatenate([part.values for part in parts]),
-                new.unit,
-            )
+            self._temperatures = join_series([self._temperatures, new])
 
     def _temperature(self, time: FloatArray) -> FloatArray:
         """The newest temperature at the end of each block; the value of a slow sensor is held."""

@@ -32,8 +32,8 @@ from imucal_wizard.diagnose.recheck import (
     not_seen,
     recheck,
 )
+from imucal_wizard.estimate.fit_warnings import FAR, unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
-from imucal_wizard.estimate.inertial import FAR, unit_notes
 from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
 from imucal_wizard.estimate.table_steps import KnownRates

@@ -7,7 +7,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from imucal_wizard.acquire.decode import numbers
-from imucal_wizard.acquire.decode.base import Column, Format, MalformedLine, TextLine
+from imucal_wizard.acquire.decode.base import (
+    Column,
+    Format,
+    MalformedLine,
+    TextLine,
+    axes,
+    is_object,
+)
 from imucal_wizard.acquire.decode.lines import MAX_DECIMALS_ROWS, TextDecoder
 from imucal_wizard.acquire.decode.vocabulary import header_columns, with_unit_line
 from imucal_wizard.core.output import sanitise
@@ -309,7 +316,7 @@ class _NumbersDetector(_HeaderDetector):
         return width > 0 and self._widths.count(width) >= self._AGREE
 
     def _width(self, line: bytes) -> int:
-        if line.lstrip().startswith(b"{") and b":" in line:
+        if is_object(line):
             return 0
         fields = split_fields(line)
         values = [numbers.printed_number(field) for field in fields]
@@ -319,17 +326,13 @@ class _NumbersDetector(_HeaderDetector):
         return len(fields) if are_numbers(fields, values) else 0
 
 
-def _three(letter: str, unit: str) -> tuple[Column, ...]:
-    return tuple(Column(letter + axis, unit, letter + axis) for axis in "xyz")
-
-
 _RAZOR_M0 = (
-    Column("t", "ms", "time"), *_three("a", "g"), *_three("g", "deg/s"), *_three("m", "uT")
+    Column("t", "ms", "time"), *axes("a", "g"), *axes("g", "deg/s"), *axes("m", "uT")
 )  # fmt: skip
 _ARTEMIS_UNITS = {
     channel.channel: channel.unit
     for letter, unit in (("a", "mg"), ("g", "deg/s"), ("m", "uT"))
-    for channel in _three(letter, unit)
+    for channel in axes(letter, unit)
 }
 
 FORMATS = (

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from imucal_wizard.acquire.decode.base import Column, Format, TextLine
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine, is_object
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
@@ -107,7 +107,7 @@ class _Detector:
         """Whether the format is certain."""
         for line in lines:
             if not line.first:
-                self._objects.append(line.raw.lstrip().startswith(b"{") and b":" in line.raw)
+                self._objects.append(is_object(line.raw))
         return bool(self._objects) and self._objects[-1] and sum(self._objects) >= self._AGREE
 
 

@@ -5,7 +5,7 @@ import re
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from imucal_wizard.acquire.decode.base import Column, Format, TextLine
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine, is_object
 from imucal_wizard.acquire.decode.delimited import are_numbers, split_fields
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import NUMBER, printed_decimals, printed_number
@@ -303,7 +303,7 @@ class _Detector:
 
 def _has_words(line: bytes) -> bool:
     """Whether a line is neither an object nor only numbers."""
-    if line.lstrip().startswith(b"{") and b":" in line:
+    if is_object(line):
         return False
     fields = split_fields(line)
     return not are_numbers(fields, [printed_number(field) for field in fields])

@@ -11,7 +11,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.decode import is_binary
 from imucal_wizard.acquire.decode.vocabulary import column_of_name
 from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
@@ -75,7 +75,7 @@ class LongRecording:
         whole = None if self._path.is_file() else unpacked(read_bytes(self._path), MAX_BYTES)
         start = read_start(self._path) if whole is None else whole
         lines = start[: start.rfind(b"\n") + 1] or start
-        binary = setup.format in formats() and formats()[setup.format].binary
+        binary = is_binary(setup.format)
         notes: tuple[str, ...] = ()
         text = lines
         try:

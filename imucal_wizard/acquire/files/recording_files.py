@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.acquire.decode import format_names, formats
+from imucal_wizard.acquire.decode import format_names, is_binary
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.decode.lines import end_of_lines
@@ -180,7 +180,7 @@ def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     """The samples in a file of text or of binary frames."""
     data = unpacked(read_bytes(path), readable_bytes(MAX_BYTES))
     setup = setup_of_file(options, place)
-    if setup.format in formats() and formats()[setup.format].binary:
+    if is_binary(setup.format):
         return _samples(data, setup)
     try:
         text, notes = decode_text(data)
@@ -208,7 +208,7 @@ def setup_of_file(options: RecordingOptions, place: int) -> StreamSetup:
     if options.as_format != IMU_TK:
         return setup
     sensor = _PAIR[place]
-    unit = options.unit(sensor) or COUNT
+    unit = getattr(options, f"{sensor}_unit") or COUNT
     axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
     return replace(setup, columns=(Column("t", "s", "t"), *axes))
 
@@ -217,9 +217,7 @@ def binary_format(data: bytes) -> str:
     """The binary format of these bytes, or ""."""
     detector = Detector(whole=True)
     pieces = data[: 1 << 16].splitlines(keepends=True)
-    return next(
-        (name for name in map(detector.feed, pieces) if name and formats()[name].binary), ""
-    )
+    return next(filter(is_binary, map(detector.feed, pieces)), "")
 
 
 def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
