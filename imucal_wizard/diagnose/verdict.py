@@ -409,7 +409,7 @@ class Evidence:
         present: probability that each family takes part.
         taken: squares of the noise that each likely family takes away beside the others.
         strongest: the same for the likeliest effects together.
-        discriminability: of another characteristic, that no bent one imitates (see ``rivals``).
+        discriminability: see ``explained_variance.discriminability``.
         lack: whether measured noise makes what is left.
     """
 

@@ -38,6 +38,7 @@ from imucal_wizard.core.limits.data_quality import (
     RESTART_GAP_SECONDS,
 )
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.statistics import (
     lengths,
@@ -259,8 +260,7 @@ def missing_samples(time: FloatArray) -> str:
             " print its own time, or leave the column out and give the rate"
         )
     longest = gaps[np.argmax(steps[gaps])]
-    lost = int(np.round(ratios - 1.0).sum())
-    where = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}"
+    lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
     return (
         f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
         f" {time[longest] - time[0]:.6g} s; rotations across a gap are not used"

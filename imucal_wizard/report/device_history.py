@@ -106,9 +106,9 @@ def _calibration_before(calibration: Calibration, catalogue: Catalogue) -> Path 
     history = history_of(calibration, catalogue)
     if history is None:
         return None
-    own = own_key(calibration)
+    key = own_key(calibration)
     when = seconds_of(calibration.date) or math.inf
     earlier = [
-        one.path for one in history.calibrations if one.measurement != own and one.measured <= when
+        one.path for one in history.calibrations if one.measurement != key and one.measured <= when
     ]
     return earlier[-1] if earlier else None

@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport
@@ -300,7 +301,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             magnetometer=fields.get(row),
             time=None if where is None else float(where.time[row]),
             previous=None if where is None else _direction(where.previous[row]),
-            vibration=None if where is None else _number(where.vibration[row]),
+            vibration=None if where is None else finite_or_none(where.vibration[row]),
             samples=hold.samples,
             noise_freedom=hold.noise_freedom,
             accelerometer_scatter=_listed(hold.accelerometer_scatter),
@@ -376,8 +377,8 @@ def field_means(report: FitReport) -> list[FieldMean]:
             reading=pieces.reading[row].tolist(),
             shortened=float(pieces.extra[row]),
             samples=int(pieces.count[row]),
-            temperature=_number(pieces.beside[row, 0]),
-            current=_number(pieces.beside[row, 1]),
+            temperature=finite_or_none(pieces.beside[row, 0]),
+            current=finite_or_none(pieces.beside[row, 1]),
         )
         for row in rows
     ]
@@ -409,10 +410,6 @@ def _rounded(values: FloatArray) -> list[list[float]]:
 
 def _direction(vector: FloatArray) -> list[float] | None:
     return _listed(vector / np.linalg.norm(vector)) if np.isfinite(vector).all() else None
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _listed(values: FloatArray | None) -> Any:  # lists as deep as the array

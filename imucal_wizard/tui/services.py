@@ -480,7 +480,7 @@ def last_line(
 
 def _kept(session: "SessionInfo") -> SourceChoice:
     """A session as a source, to continue it or to open its result again."""
-    from imucal_wizard.guide.wording import plural
+    from imucal_wizard.core.quantities import plural
     from imucal_wizard.report.history_text import session_state
     from imucal_wizard.tui.text import clock
 
