@@ -63,24 +63,6 @@ def listen_to_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[Por
         return list(pool.map(listen_to_port, ports))
 
 
-def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
-    """The text of ``imucal-wizard ports``, with the reason for ports that cannot be opened."""
-    heard = listen_to_ports(find)
-    if not heard:
-        return (
-            "There is no serial port. Plug a device in, or use the virtual IMU: run "
-            "imucal-wizard alone."
-        )
-    return "\n".join(_lines(one) for one in heard)
-
-
-def _lines(one: PortReport) -> str:
-    about = "  ".join(
-        word for word in (one.port.vid_pid, one.port.description, one.port.hint) if word
-    )
-    return f"{one.port.device}  {about}".rstrip() + f"\n    {one.message}"
-
-
 def _hear_at(port: PortInfo, baud: int, seconds: float) -> PortReport:
     transport = Transport(port.device, baud, find=lambda: [port])
     intake = Intake()

@@ -1,8 +1,8 @@
 """The calibration on disk: versioned JSON with units that reads back to the same numbers.
 
 ``load(path)["accelerometer"].apply(readings)`` corrects readings with what the file holds; nothing
-else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`` and the result of
-``calibrate`` in Python, so that all of them give the same figures.
+else is needed. The same ``Sensor`` record is the sensor's part of the JSON of ``fit`` and the
+result of ``calibrate`` in Python, so that all of them give the same figures.
 """
 
 from collections.abc import Iterator, Sequence

@@ -35,7 +35,7 @@ _STAMP = re.compile(
 _MIN_STAMPED_SHARE = 0.5
 """Share of lines with a timestamp from which a serial monitor is assumed."""
 _RESULT = re.compile(rb'\s*\{\s*"schema":\s*"imucal-wizard/')
-"""Beginning of a calibration, and of everything that ``--json`` writes."""
+"""Beginning of a calibration, and of every JSON document of this program."""
 _MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
 
 _AS_TEXT = "switch the device to text (ASCII) output, or export the log as CSV with its own program"
