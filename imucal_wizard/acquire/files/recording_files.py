@@ -5,6 +5,7 @@ no arrival times, its first line is complete, and no questions can be asked.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -165,15 +166,25 @@ def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
 
 
 def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
-    try:
+    with naming_file(path):
         if options.as_format is None and is_session(path):
             return _read_session(path, options)
         return _read(path, options, place)
+
+
+@contextmanager
+def naming_file(path: Path) -> Iterator[None]:
+    """Add the name of a file to errors that do not have it.
+
+    Raises:
+        RecordingError: with the name.
+    """
+    try:
+        yield
     except RecordingError as error:
-        message = str(error)
-        if str(path) not in message:
-            raise RecordingError(f"{path}: {message}", settings=error.settings) from None
-        raise
+        if str(path) in str(error):
+            raise
+        raise RecordingError(f"{path}: {error}", settings=error.settings) from None
 
 
 def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
@@ -233,11 +244,9 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
     """
     intake = Intake(setup, recording=True)
     samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
-    names = [c.name for c in intake.columns]
-    by_file = tuple(column_of_name(name, file) for name in names)
-    bare = {name.lower() for name in names} >= {"x", "y", "z"}
-    if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
-        intake = Intake(replace(setup, columns=by_file), recording=True)
+    named = named_by_file(setup, intake, file)
+    if named is not setup:
+        intake = Intake(named, recording=True)
         samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
         raise unreadable(intake, setup)
@@ -246,6 +255,22 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
     if missing:
         left_out += (f"{missing}; left out",)
     return FileSamples(samples.series, (*samples.warnings, *left_out))
+
+
+def named_by_file(setup: StreamSetup, intake: Intake, file: str) -> StreamSetup:
+    """The setup with the sensor that the name of the file implies (``Accelerometer.csv``).
+
+    Args:
+        setup: returned as it is if the file's name adds nothing.
+        intake: fed with the beginning of the file; it knows the names of the columns.
+        file: name of the file, or "".
+    """
+    names = [c.name for c in intake.columns]
+    by_file = tuple(column_of_name(name, file) for name in names)
+    bare = {name.lower() for name in names} >= {"x", "y", "z"}
+    if setup.columns or not bare or by_file == tuple(map(column_of_name, names)):
+        return setup
+    return replace(setup, columns=by_file)
 
 
 def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
@@ -358,16 +383,11 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     def decode(
         about: dict[str, Any], batches: Iterator[Batch]
     ) -> tuple[Intake, FileSamples | None]:
-        try:
-            setup = StreamSetup.from_json(about.get("setup", {}))
-        except (UsageError, AttributeError) as error:
-            raise SessionError(
-                f"{path} lacks its settings ({error}); begin a new session"
-            ) from error
+        setup = session_setup(path, about, options)
         first = next(batches, None)
         if first is None:
             raise RecordingError("nothing was received in this session; resume it and measure")
-        intake = Intake(with_options(setup, options), check_values=False)  # all is checked later
+        intake = Intake(setup, check_values=False)  # all is checked later
         made.append(intake)
         return intake, decode_pieces(intake, chain([first], batches))
 
@@ -384,6 +404,26 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     if intake.malformed:
         warnings.append(f"{intake.malformed} lines or frames could not be read; left out")
     return FileSamples(samples.series, tuple(warnings))
+
+
+def session_setup(path: Path, about: dict[str, Any], options: RecordingOptions) -> StreamSetup:
+    """The setup of a session with the user's statements.
+
+    Args:
+        path: the session.
+        about: its settings.
+        options: the statements.
+
+    Raises:
+        RecordingError: every column is left out.
+        SessionError: the setup is damaged.
+        UsageError: a name is not a column.
+    """
+    try:
+        setup = StreamSetup.from_json(about.get("setup", {}))
+    except (UsageError, AttributeError) as error:
+        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
+    return with_options(setup, options)
 
 
 def _why_nothing(intake: Intake) -> str:
