@@ -148,13 +148,13 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     )
 
 
-def runs_like_time(values: FloatArray) -> bool:
+def _runs_like_time(values: FloatArray) -> bool:
     """Whether a column mostly increases and decreases at most once (a restart, a wrap)."""
     steps = np.diff(values)
     return len(steps) > 3 and int(np.sum(steps < 0)) <= 1 and float(np.mean(steps > 0)) > 0.5
 
 
-def counts_samples(values: FloatArray) -> bool:
+def _counts_samples(values: FloatArray) -> bool:
     """Whether a column increases by one from sample to sample, except for wraps."""
     steps = np.diff(values)
     return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
@@ -201,7 +201,7 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
         if place not in rest or width <= 3 or (place == 1 and rest[0] == 0):
             continue
         # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
-        kind = "counter" if counts_samples(column) else "t" if runs_like_time(column) else ""
+        kind = "counter" if _counts_samples(column) else "t" if _runs_like_time(column) else ""
         if kind:
             found[place] = kind if kind not in found else ""
             rest.remove(place)

@@ -77,7 +77,7 @@ def resolve_columns(
             notes.append("The columns that were given are used instead of those in the header.")
         columns = setup.columns
     elif not any(c.channel for c in columns):
-        columns, sure = propose_columns(columns, values)
+        columns, sure = _propose_columns(columns, values)
         if not sure:
             return ResolvedColumns(_proposed_unit(columns, values), ("columns",), (_ASK,))
         names = ", ".join(c.channel or "-" for c in columns)
@@ -109,7 +109,7 @@ _ASK = (
 )
 
 
-def propose_columns(
+def _propose_columns(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], bool]:
     """A channel for each column, and whether this is certain enough to continue without asking.

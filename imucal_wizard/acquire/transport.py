@@ -111,7 +111,7 @@ class Transport:
             raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
         try:
             if self._fd is not None:
-                return read_burst(self._fd, timeout)
+                return _read_burst(self._fd, timeout)
             return self._read_any(timeout)
         except _LOST as error:
             self.close()
@@ -187,7 +187,7 @@ def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
     return same[0] if len(same) == 1 else None
 
 
-def read_burst(fd: int, timeout: float) -> bytes:
+def _read_burst(fd: int, timeout: float) -> bytes:
     """Wait for the first bytes; while they arrive fast, gather them for a moment.
 
     A slow stream is returned at once. A fast one is returned in few large chunks, which costs a

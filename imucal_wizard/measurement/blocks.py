@@ -91,7 +91,7 @@ def join_blocks(parts: Sequence[Blocks]) -> Blocks:
     )
 
 
-def block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
+def _block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
     """Samples in a block at a sampling rate in Hz."""
     return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
 
@@ -134,7 +134,7 @@ class BlockCutter:
     """Cuts a stream into blocks and keeps the samples of an unfinished one."""
 
     def __init__(self, rate: float, seconds: float = BLOCK_SECONDS) -> None:
-        self.size = block_size(rate, seconds)
+        self.size = _block_size(rate, seconds)
         self._interval = 1.0 / rate
         self._rest: Readings | None = None
         self._last_time: float | None = None

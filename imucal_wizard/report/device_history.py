@@ -45,7 +45,7 @@ def save_in_history(
     says: list[str] = []
     with Catalogue(folder or default_directory()) as catalogue:
         try:
-            calibration = with_as_found(calibration, catalogue)
+            calibration = _with_as_found(calibration, catalogue)
         except ImucalError as error:  # the calibration before is damaged or of another kind
             says.append(f"as found is not known: {error}")
         calibration.save(path, force=force)
@@ -57,7 +57,7 @@ def save_in_history(
         return [*says, *catalogue.notes]
 
 
-def with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:
+def _with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:
     """The calibration with its error by the one before, of each sensor that has both.
 
     Raises:

@@ -130,7 +130,7 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         Args:
             rates: corrected mean rate over each interval, rad/s, shape (k, 3).
         """
-        return reintegrated(np.array(self.edges), rates)
+        return _reintegrated(np.array(self.edges), rates)
 
 
 class FieldMean(msgspec.Struct, frozen=True):
@@ -267,7 +267,7 @@ def wrong_measurements(
     return ""
 
 
-def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
+def _reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
     """Rotation up to each edge by mean rates over intervals, shape (k + 1, 3, 3); see the module.
 
     Args:
@@ -350,7 +350,7 @@ def increments_of(
         rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
         edges, parts = time[rows], np.diff(whole[rows], axis=0)
         rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
-        away = true.T @ reintegrated(edges, rates)[-1]
+        away = true.T @ _reintegrated(edges, rates)[-1]
         # sine of the angle times the axis
         off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
         if off < MAX_INCREMENT_ERROR:

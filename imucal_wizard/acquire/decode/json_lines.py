@@ -37,7 +37,7 @@ class JsonDecoder(TextDecoder):
         except (ValueError, RecursionError):
             self._spoilt(line)
             return
-        flat = flatten_object(value) if isinstance(value, dict) else {}
+        flat = _flatten_object(value) if isinstance(value, dict) else {}
         if not self.columns and len(flat) >= 3:
             self.columns = _columns(list(flat))
         if not self.columns or not any(c.name in flat for c in self.columns):
@@ -47,7 +47,7 @@ class JsonDecoder(TextDecoder):
         self._row(row, [_digits(v) for v in row])
 
 
-def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
+def _flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
     """Nested objects and arrays flattened to one level; the keys are joined with dots."""
     if depth > 8:
         return {}
@@ -59,7 +59,7 @@ def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
         return {key: value} if _is_number(value) else {}
     found: dict[str, Any] = {}
     for name, inner in parts:
-        found.update(flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
+        found.update(_flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
     return found
 
 

@@ -209,7 +209,7 @@ def column_of_name(name: str, file: str = "") -> Column:
         none. An unknown word in brackets stays as it is.
     """
     name = name.strip().strip("\"'").strip()
-    bare, unit = split_unit(name)
+    bare, unit = _split_unit(name)
     index = _INDEXED.match(bare)
     bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
     channel = ""
@@ -231,7 +231,7 @@ def _sensor_of_file(file: str) -> str:
     return sensors.pop() if len(sensors) == 1 else ""
 
 
-def split_unit(name: str) -> tuple[str, str]:
+def _split_unit(name: str) -> tuple[str, str]:
     """A name without its unit, and the unit; an index in brackets stays with the name."""
     if _INDEXED.match(name):
         return name, ""

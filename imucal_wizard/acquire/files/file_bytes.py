@@ -116,7 +116,7 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     """
     if _RESULT.match(data):
         raise RecordingError("this is a result of this program; give the recording it was made of")
-    if message := foreign_format_text(data):
+    if message := _foreign_format_text(data):
         raise NotTextError(message)
     if encoding := _utf16(data):
         data = data.decode(encoding, errors="replace").encode()
@@ -221,7 +221,7 @@ def _no_text(start: bytes) -> str:
     )
 
 
-def foreign_format_text(data: bytes) -> str:
+def _foreign_format_text(data: bytes) -> str:
     """Description of a known non-text file and what to do; ``""`` if unknown."""
     for magic, what, remedy in _MAGIC:
         if data.startswith(magic):

@@ -67,11 +67,6 @@ class FileSamples:
     warnings: tuple[str, ...] = ()
 
 
-def file_formats() -> tuple[str, ...]:
-    """Names of the formats that can be chosen; sessions are recognised by their content."""
-    return (IMU_TK, *format_names())
-
-
 def read_files(
     paths: Sequence[Path],
     options: RecordingOptions | None = None,
@@ -139,9 +134,10 @@ def refuse_unknown_format(options: RecordingOptions) -> None:
     Raises:
         UsageError: it is not.
     """
-    if options.as_format not in (None, *file_formats()):
+    known = IMU_TK, *format_names()  # sessions are recognised by their content
+    if options.as_format not in (None, *known):
         raise UsageError(
-            f"the format {options.as_format} is not known; give one of {', '.join(file_formats())}",
+            f"the format {options.as_format} is not known; give one of {', '.join(known)}",
             settings=("as_format",),
         )
 
@@ -243,11 +239,11 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
         RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
-    samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
+    samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     named = named_by_file(setup, intake, file)
     if named is not setup:
         intake = Intake(named, recording=True)
-        samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
+        samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
         raise unreadable(intake, setup)
     left_out = misfits(intake)
@@ -282,7 +278,7 @@ def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
         start = end
 
 
-def decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | None:
+def _decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | None:
     """The samples in batches of pieces with their arrival times; None if there are none.
 
     A batch that is one piece has the arrivals of its last and of its first bytes.
@@ -389,7 +385,7 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
             raise RecordingError("nothing was received in this session; resume it and measure")
         intake = Intake(setup, check_values=False)  # all is checked later
         made.append(intake)
-        return intake, decode_pieces(intake, chain([first], batches))
+        return intake, _decode_pieces(intake, chain([first], batches))
 
     (intake, samples), damage = read_session(
         path, decode, FED_BYTES, lambda: made[-1].longest_pause if made else 0.0
