@@ -12,6 +12,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.report.calibration_file import AsFound, Calibration, Device, Value
+from imucal_wizard.report.history_text import session_state
 from imucal_wizard.sessions import Session
 from imucal_wizard.sessions.catalogue import CATALOGUE_NAME, Catalogue
 from imucal_wizard.sessions.history import PastParameter
@@ -160,6 +161,26 @@ def test_a_measurement_that_was_saved_twice_counts_once(tmp_path: Path) -> None:
         assert kept.saved == dt.datetime(2031, 3, 1, 2, tzinfo=dt.UTC).timestamp()
         again = catalogue.add_calibration(tmp_path / "a.json")
         assert again == kept.path
+
+
+def test_rechecks_and_sessions_of_one_second_are_in_the_order_in_which_they_were_kept(
+    tmp_path: Path,
+) -> None:
+    """The second file has the number 2, the tenth 10."""
+    folder, seconds = tmp_path / "sessions", list(range(10))
+    for name in ("a", "a-2", "a-10"):
+        about = {"created": 2e9, "step": "verdict"}
+        Session.create(folder / f"{name}.imucal", about).close()
+    with Catalogue(folder) as catalogue:
+        for number in seconds:
+            document = GO | {"created": "2031-02-20", "seconds": number, "session": "a-10.imucal"}
+            verdict = {"verdict": "no-go" if number == seconds[-1] else "go"}
+            catalogue.add_recheck({"name": "arm"}, document | verdict)
+        past = catalogue.history("arm").rechecks
+        assert [one.document["seconds"] for one in past] == seconds
+        newest, *_, oldest = catalogue.sessions()
+    assert (newest.path.name, session_state(newest)) == ("a-10.imucal", "NO-GO")
+    assert (oldest.path.name, session_state(oldest)) == ("a.imucal", "not kept")
 
 
 def test_a_device_is_known_by_its_serial_number_else_by_its_name(tmp_path: Path) -> None:

@@ -107,8 +107,8 @@ def scale_notes(scale: float, rate: float) -> list[str]:
     found = f"the gyroscope's scale comes out as {scale:.3g}, which no sensor has"
     if not fits:
         return [f"{found}: check the unit of the rates, the range and the sampling rate"]
-    which = "Check which is true, correct it" if len(fits) > 1 else "Check this, correct it"
-    return [f"{found}. It fits if {', or if '.join(fits)}. {which} and fit again"]
+    which = "which is true" if len(fits) > 1 else "this"
+    return [f"{found}. It fits if {', or if '.join(fits)}. Check {which} and correct it"]
 
 
 def _other_range(scale: float) -> list[str]:

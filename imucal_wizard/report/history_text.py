@@ -22,7 +22,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.grade import Grade
-from imucal_wizard.guide.kinds import TITLES
+from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.tables import fitting_widths, table_row
 from imucal_wizard.report.text import TEXT_COLUMNS
@@ -55,7 +55,9 @@ def session_state(session: SessionInfo) -> str:
     if session.problem:
         return "in use" if session.busy else "damaged"
     outcome = session.recheck.upper() or verdict_word(session.grades)
-    return outcome or ("not saved" if session.finished else "unfinished")
+    if outcome or not session.finished:
+        return outcome or "unfinished"
+    return "not kept" if session.step == StepKind.VERDICT else "not saved"
 
 
 def session_table(sessions: Sequence[SessionInfo], folder: Path) -> str:

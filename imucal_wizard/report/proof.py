@@ -285,6 +285,11 @@ def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") 
                 f"{parameter} has the standard error {number(one.standard_error, 6)} in the list "
                 f"and {number(error, 6)} by its covariance"
             )
+    interval, held_out = sensor.held_out_interval, sensor.rms_held_out
+    # new data have the errors of the fit of all, and those left out the errors of the fit of fewer
+    if interval is not None and held_out is not None and held_out < interval[0]:
+        words = quantity(held_out, sensor.unit, 6), quantity(interval[0], sensor.unit, 6)
+        yield f"rms_held_out is {words[0]}, below its own 90 % interval, which begins at {words[1]}"
     for rung in ladder if sensor.held_out_interval is not None else ():
         for kind in ("rms_fitted", "rms_held_out", "floor"):
             here, there = getattr(sensor, kind), getattr(rung, kind)

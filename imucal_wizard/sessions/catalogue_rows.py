@@ -358,7 +358,7 @@ def _list_devices(connection: sqlite3.Connection) -> None:
     connection.execute("DELETE FROM device")
     rows = connection.execute(
         "SELECT file, name, serial, chip, format FROM label WHERE name || serial != ''"
-        " ORDER BY time, file"
+        " ORDER BY time, length(file), file"
     ).fetchall()
     serials: dict[str, set[str]] = {}
     for _, name, serial, *_ in rows:
