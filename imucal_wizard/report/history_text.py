@@ -143,8 +143,13 @@ def _device(one: KnownDevice) -> dict[str, Any]:
     }
 
 
-def history_text(history: DeviceHistory) -> str:
-    """The history of a device: as found, as left, drift of each parameter, rechecks, sessions."""
+def history_text(history: DeviceHistory, columns: int = TEXT_COLUMNS) -> str:
+    """The history of a device: as found, as left, drift of each parameter, rechecks, sessions.
+
+    Args:
+        history: of the device.
+        columns: at which sentences are wrapped.
+    """
     device = history.device
     about = [device.name, f"serial {device.serial}" if device.serial else "", device.chip]
     blocks = ["   ".join(one for one in (*about, device.format) if one)]
@@ -155,7 +160,7 @@ def history_text(history: DeviceHistory) -> str:
         indent = sum(map(abs, _RECHECK_WIDTHS)) + len(_RECHECK_WIDTHS)
         for one in history.rechecks:
             says = str(one.document.get("says") or "").splitlines()
-            text, room = says[0] if says else "", TEXT_COLUMNS - indent
+            text, room = says[0] if says else "", columns - indent
             first, *others = textwrap.wrap(text, room, break_on_hyphens=False) or [""]
             cells = (date_text(one.checked), one.verdict.upper(), first)
             rows.append(table_row(cells, _RECHECK_WIDTHS))
