@@ -14,6 +14,7 @@ from imucal_wizard.core.quantities import (
     finite_or_none,
     fixed,
     number,
+    plural,
     plus_minus,
     quantity,
     readable,
@@ -22,7 +23,6 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.guide.kinds import TITLES, StepKind
-from imucal_wizard.guide.wording import plural
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.tables import fitting_widths, table_row
 from imucal_wizard.report.text import TEXT_COLUMNS
@@ -34,8 +34,6 @@ SESSIONS_SCHEMA = "imucal-wizard/sessions/1"
 DEVICES_SCHEMA = "imucal-wizard/devices/1"
 MARKED = 0.01
 """Probability by chance below which a drift is marked."""
-OVER = ("date", "temperature")
-"""What a parameter is plotted over."""
 _SESSION_WIDTHS = (-19, -16, -9, -5, -10, -16)
 _WORST_FIRST = (Grade.NOT_USABLE, Grade.DOUBTFUL, Grade.GOOD)
 

@@ -507,7 +507,7 @@ def recheck_line(found: "Recheck", calibration: "Calibration", path: Path, port:
 
 def _kept(session: "SessionInfo") -> SourceChoice:
     """A session as a source, to continue it or to open its result again."""
-    from imucal_wizard.guide.wording import plural
+    from imucal_wizard.core.quantities import plural
     from imucal_wizard.report.history_text import session_state
     from imucal_wizard.tui.text import clock
 

@@ -13,7 +13,7 @@ from textual.widgets.option_list import Option
 
 from imucal_wizard.core.dates import day_text
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.guide.wording import plural
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.sessions.history import distinct_names
 from imucal_wizard.tui.services import Services
 from imucal_wizard.tui.text import Line, clean, line, wrapped
