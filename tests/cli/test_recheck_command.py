@@ -6,11 +6,13 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.description import Description
+from imucal_wizard.diagnose.calibrated_sensor import RecheckData
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.report.calibrated_device import (
@@ -319,6 +321,17 @@ def test_what_is_no_verdict_on_the_device_is_not_kept_in_its_history(
     (said,) = kept_recheck(unnamed, found, document, kept)
     assert said == "not kept in a history: the calibration names no device"
     assert not kept.exists()
+
+
+def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -> None:
+    plain = read_calibration(folder / "cal.json")
+    field = msgspec.structs.replace(plain["accelerometer"], unit="uT", bias_unit="uT")
+    whole = msgspec.structs.replace(plain, sensors={**plain.sensors, "magnetometer": field})
+    units, measured = {"accelerometer": "m/s^2"}, RecheckData((), (), 0.0)
+    for made, count in ((plain, 0), (whole, 1)):
+        known = CalibratedDevice(made, RecheckSettings(datetime.now(UTC)))
+        says = known.judged(measured, units).says
+        assert says.count("the magnetometer was not checked") == count
 
 
 def test_the_virtual_imu_is_another_device(folder: Path, tmp_path: Path) -> None:
