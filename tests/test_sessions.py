@@ -6,11 +6,13 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.files.session_file import connect
 from imucal_wizard.core.errors import SessionError, SessionTakenError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
@@ -26,7 +28,7 @@ def _hold(start: float, pose: str) -> Hold:
 
 
 def _on_disk(path: Path, table: str) -> int:
-    with sqlite3.connect(path) as connection:
+    with closing(connect(path)) as connection:
         count: int = connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # noqa: S608 - names from the tests
     return count
 
@@ -94,7 +96,7 @@ def test_a_session_survives_the_sudden_death_of_its_program(tmp_path: Path) -> N
 def _committed(path: Path) -> int:
     try:
         return _on_disk(path, "raw")
-    except sqlite3.OperationalError:  # the tables are not there yet
+    except (SessionError, sqlite3.OperationalError):  # it does not hold the tables yet
         return 0
 
 
@@ -172,19 +174,22 @@ def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
             assert kept.meta()["source"] == "x"
 
 
-def test_a_session_in_a_folder_that_cannot_be_written_is_read(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Its log would need a file beside it; without rows in the log it can be read as it is."""
+def test_a_session_is_written_and_read_without_another_file_that_is_mapped(tmp_path: Path) -> None:
+    """A write to a mapped file kills the process if a disk that copies on write is full."""
     path = tmp_path / "a b%20#?.imucal"
     with Session.create(path, {"source": "x"}) as session:
         session.write_raw(0.0, b"one")
-    monkeypatch.setattr("os.access", lambda *_: False)
+        session.commit()
+        before = {one: one.read_bytes() for one in tmp_path.iterdir()}
+        with KeptSession.look(path) as kept:
+            assert list(kept.raw()) == [(1, 0.0, b"one")]
+            assert {one: one.read_bytes() for one in tmp_path.iterdir()} == before
+        assert {one.name for one in before} == {path.name, f"{path.name}-wal"}
     (info,) = listed(tmp_path)
     assert (info.source, info.problem) == ("x", "")
     with KeptSession.look(path) as kept:
         assert list(kept.raw()) == [(1, 0.0, b"one")]
-        assert not list(tmp_path.glob(f"{path.name}-*")), "nothing is written beside it"
+        assert list(tmp_path.iterdir()) == [path]
 
 
 def test_a_new_session_gets_a_name_of_its_own(tmp_path: Path) -> None:

@@ -414,7 +414,8 @@ def _empty(path: Path) -> sqlite3.Connection:
             raise SessionTakenError(
                 f"{path} exists already; resume it, or give another name"
             ) from error
-        return sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+        connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+        return session_file.own(connection)
     except (OSError, sqlite3.Error) as error:
         raise SessionError(
             f"{path} cannot be written: {cause_of(error) if isinstance(error, OSError) else error};"

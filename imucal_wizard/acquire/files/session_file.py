@@ -9,19 +9,18 @@ the first byte).
 
 import json
 import math
-import os
 import shlex
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.acquire.files import SUFFIX, Batch, is_session
-from imucal_wizard.acquire.files.sqlite_pages import log_of
+from imucal_wizard.acquire.files.sqlite_pages import WAL_HEADER_BYTES, log_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DamagedSessionError, SessionError
-from imucal_wizard.core.output import why_it_cannot_grow
+from imucal_wizard.core.output import cause_of, why_it_cannot_grow
 from imucal_wizard.core.records import dataclass
 
 APPLICATION_ID = 0x494D5543
@@ -70,7 +69,7 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
 
     Args:
         path: the file.
-        writes: it is to be continued; else it can be read where nobody can write.
+        writes: it is to be continued; else it is only read, also while a program writes it.
 
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
@@ -86,24 +85,86 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
     if not is_session(path):
         raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
-        connection = sqlite3.connect(
-            path.absolute().as_uri() if writes else _address(path),
-            timeout=_BUSY_SECONDS,
-            isolation_level=None,
-            check_same_thread=False,
-            uri=True,
-        )
+        connection = _owned(path) if writes else _unlocked(path)
         on_failure.callback(connection.close)
         _identify(connection, path)
         on_failure.pop_all()
     return connection
 
 
-def _address(path: Path) -> str:
-    """The file for reading; SQLite writes beside it, except where the folder refuses that."""
+def own(connection: sqlite3.Connection) -> sqlite3.Connection:
+    """The connection, which from now on uses its file alone.
+
+    SQLite then keeps the index of the log in its memory. Else it writes the index through a mapped
+    file, and on a full disk that copies on write (btrfs) that kills the process (SIGBUS).
+    """
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+    return connection
+
+
+def _owned(path: Path) -> sqlite3.Connection:
+    """The file, to be continued."""
+    connection = _connection(path.absolute().as_uri(), timeout=_BUSY_SECONDS)
+    with ExitStack() as on_failure:
+        on_failure.callback(connection.close)
+        own(connection)
+        on_failure.pop_all()
+    return connection
+
+
+def _unlocked(path: Path) -> sqlite3.Connection:
+    """The file for reading, also while it is written; nothing is written beside it.
+
+    Raises:
+        SessionError: it has a log, and there is no room to copy both.
+    """
+    from tempfile import TemporaryDirectory
+
     log = log_of(path)
-    still = not os.access(path.parent, os.W_OK) and not (log.exists() and log.stat().st_size)
-    return path.absolute().as_uri() + ("?immutable=1" if still else "")
+    if not (log.exists() and log.stat().st_size):
+        return _connection(path.absolute().as_uri() + "?immutable=1")
+    try:
+        with TemporaryDirectory() as folder:
+            copy = Path(folder, "copy")
+            _copy(path, copy)
+            with closing(own(_connection(copy.as_uri()))) as source:
+                found = _connection("")  # a temporary file of SQLite
+                source.backup(found)
+                return found
+    except OSError as error:
+        raise SessionError(f"{path} cannot be read: {cause_of(error)}") from error
+
+
+def _connection(address: str, *, timeout: float = 0.0) -> sqlite3.Connection:
+    return sqlite3.connect(
+        address, timeout=timeout, isolation_level=None, check_same_thread=False, uri=True
+    )
+
+
+def _copy(path: Path, copy: Path) -> None:
+    """Copy a file and its log as they are at one time.
+
+    A writer that moves rows from the log to the file leaves the log until all of them are there,
+    and then begins another log with another salt.
+    """
+    import shutil
+
+    log, begun, copied = log_of(path), b"", b"-"
+    while begun != copied:
+        begun = _salt(log)
+        shutil.copyfile(path, copy)
+        with suppress(FileNotFoundError):
+            shutil.copyfile(log, log_of(copy))
+        copied = _salt(log)
+
+
+def _salt(log: Path) -> bytes:
+    """What distinguishes a log from those before and after it."""
+    try:
+        with log.open("rb") as file:
+            return file.read(WAL_HEADER_BYTES)
+    except FileNotFoundError:
+        return b""
 
 
 def _identify(connection: sqlite3.Connection, path: Path) -> None:
