@@ -1,4 +1,4 @@
-"""Whether the sizes that are told are right: ``python -m benchmarks.sizes``.
+"""Whether the sizes that are reported are right: ``python -m benchmarks.sizes``.
 
 In a session with nothing hidden the program says from which size it would see an effect (95 of 100
 recordings, at one false alarm in a hundred of sensors that lack nothing) and from which it would
@@ -6,12 +6,12 @@ name the family (90 of 100). The effect is hidden in another recording of the sa
 same procedure (new poses, a new order, new noise; of the accelerometer another device with the same
 noise) by the simulator, which shares no formula with the fit; the program judges, and halving
 intervals, the size from which it sees (some suspect has p ≤ 0.01) or names is found between two
-tries, the first at the size told.
-A normal distribution is fitted to these sizes, in units of those told. Where it reaches 95 or 90
-per cent is the size that is found; the table has told over found with its 90 % interval, uniform
-priors on the middle and on the logarithm of the width of the distribution, and in how many sessions
-the program saw and named at the size told itself. The last line counts the rows whose ratio is
-within 20 %.
+tries, the first at the size reported.
+A normal distribution is fitted to these sizes, in units of those reported. Where it reaches 95 or
+90 per cent is the size that is found; the table has reported over found with its 90 % interval,
+uniform priors on the middle and on the logarithm of the width of the distribution, and in how many
+sessions the program saw and named at the size reported itself. The last line counts the rows whose
+ratio is within 20 %.
 
     --sensor       accelerometer (hold means, as in ``hidden_effects``), gyroscope (raw recordings
                    through the whole program) or magnetometer (as in ``hidden_magnetometer``)
@@ -56,13 +56,13 @@ from imucal_wizard.simulate.hidden import Hidden
 
 SEEN, NAMED = "seen", "named"
 DEVIATES = {SEEN: 1.645, NAMED: 1.282}
-"""Normal deviates of the shares of recordings that the sizes are told for."""
+"""Normal deviates of the shares of recordings that the sizes are reported for."""
 STEP = 1.5
-"""Factor from the size told to the second size tried."""
+"""Factor from the size reported to the second size tried."""
 TRIES = 3
-"""Sizes tried in a session, at each of the two sizes told."""
+"""Sizes tried in a session, at each of the two sizes reported."""
 RIGHT_SIZE = 1.2
-"""Told over found, or found over told, up to which a size is right."""
+"""Reported over found, or found over reported, up to which a size is right."""
 GRADE = "consumer"
 """Of the gyroscope."""
 
@@ -77,7 +77,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Told:
+class ReportedSizes:
     """The sizes that the program tells of one effect, (p,), and the setting that they are for."""
 
     seen: FloatArray
@@ -87,7 +87,7 @@ class Told:
 
 @dataclass(frozen=True)
 class Threshold:
-    """From which size an effect is seen or named in one session, in units of the size told.
+    """From which size an effect is seen or named in one session, in units of the size reported.
 
     Attributes:
         what: ``seen`` or ``named``.
@@ -115,19 +115,19 @@ def _poses(asked: Asked) -> str:
     return "26+repeats" if asked.design == "26+12" else "18"
 
 
-def told(asked: Asked, term: str, seed: int) -> Told | None:
+def reported_sizes(asked: Asked, term: str, seed: int) -> ReportedSizes | None:
     """What the program tells of the session with nothing hidden."""
     if asked.sensor == ACCELEROMETER:
         sizes = Nameable(PLANS[asked.design], COLOURS[asked.colour], _chances(asked), [seed])
         known = sizes.usual(term)
-        return Told(sizes.detectable(term), sizes[term], known.variant) if known else None
+        return ReportedSizes(sizes.detectable(term), sizes[term], known.variant) if known else None
     if asked.sensor == MAGNETOMETER:
         quiet = field_trials.quiet(_field_plan(asked), seed)
-        return Told(quiet.detectable[term], quiet.sizes[term], None)
+        return ReportedSizes(quiet.detectable[term], quiet.sizes[term], None)
     bench = benches_of(seed, GRADE, (), _poses(asked)).bench(GYROSCOPE)
     suspects = () if bench is None else bench.look().suspects
     one = next((one for one in suspects if one.term == term), None)
-    return Told(one.detectable, one.nameable, None) if one else None
+    return ReportedSizes(one.detectable, one.nameable, None) if one else None
 
 
 def said(asked: Asked, hidden: Hidden, setting: float | None, seed: int) -> tuple[bool, list[str]]:
@@ -181,7 +181,7 @@ def thresholds(asked: Asked, term: str, seed: int, number: int) -> list[Threshol
         number: of this session.
     """
     own = int(np.random.default_rng([seed, number, *map(ord, asked.sensor + term)]).integers(2**31))
-    sizes = told(asked, term, own)
+    sizes = reported_sizes(asked, term, own)
     if sizes is None:
         return []
     family = effect(term).family or term
@@ -225,8 +225,8 @@ def enclosed(met: Callable[[float], bool]) -> tuple[float, float]:
     return low, high
 
 
-def told_over_found(each: Sequence[Threshold], deviate: float) -> tuple[float, float, float]:
-    """Size told over the size found: the median and the ends of its 90 % interval."""
+def reported_over_found(each: Sequence[Threshold], deviate: float) -> tuple[float, float, float]:
+    """Size reported over the size found: the median and the ends of its 90 % interval."""
     low, high = np.array([one.low for one in each]), np.array([one.high for one in each])
     middle, width = np.meshgrid(np.linspace(0.1, 3.0, 146), np.geomspace(0.03, 0.8, 40))
     ends = [(one[:, None, None] - middle) / width for one in (low, high)]
@@ -253,7 +253,7 @@ def line(name: str, each: Sequence[Threshold]) -> tuple[str, int, int]:
         if not own:
             row += f"{what + ' at no size':>31}"
             continue
-        ratio, low, high = told_over_found(own, deviate)
+        ratio, low, high = reported_over_found(own, deviate)
         met = sum(one.low < 1.0 for one in own)
         row += f"{f'{ratio:.2f} [{low:.2f}, {high:.2f}]':>22}{f'{met}/{len(own)}':>9}"
         right, count = right + (1.0 / RIGHT_SIZE <= ratio <= RIGHT_SIZE), count + 1

@@ -12,6 +12,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.report.calibration_file import AsFound, Calibration, Device, Value
+from imucal_wizard.report.history_text import session_state
 from imucal_wizard.sessions import Session
 from imucal_wizard.sessions.catalogue import CATALOGUE_NAME, Catalogue
 from imucal_wizard.sessions.history import PastParameter
@@ -58,17 +59,17 @@ def everything(folder: Path) -> str:
     """All that the catalogue says."""
     with Catalogue(folder) as catalogue:
         devices = catalogue.devices()
-        told: list[object] = [devices, catalogue.sessions()]
+        contents: list[object] = [devices, catalogue.sessions()]
         for device in devices:
             history = catalogue.history(device.serial or device.name)
-            told.append(history.rechecks[0].document if history.rechecks else None)
+            contents.append(history.rechecks[0].document if history.rechecks else None)
             for one in history.calibrations:
                 sensors = {
                     name: (sensor.parameters, sensor.covariance, sensor.error, sensor.model)
                     for name, sensor in one.sensors.items()
                 }
-                told.append((one.path, one.measured, one.temperature, one.place, sensors))
-        return repr(told)
+                contents.append((one.path, one.measured, one.temperature, one.place, sensors))
+        return repr(contents)
 
 
 def test_a_device_has_its_calibrations_rechecks_and_sessions(tmp_path: Path) -> None:
@@ -81,10 +82,12 @@ def test_a_device_has_its_calibrations_rechecks_and_sessions(tmp_path: Path) -> 
         first, second = history.calibrations
         assert (second.measured - first.measured) / 86400.0 == 30.0
         assert (first.place, first.operator, first.temperature) == ("bench 3", "A. B.", (20, 25))
-        told = first.sensors["accelerometer"]
-        assert told.parameters["bias_x"] == PastParameter(0.1, 0.002, "m/s^2", determined=True)
-        assert told.covariance == [[4e-6]]
-        assert told.error == measured(0, None)["accelerometer"].error_as_left
+        accelerometer = first.sensors["accelerometer"]
+        assert accelerometer.parameters["bias_x"] == PastParameter(
+            0.1, 0.002, "m/s^2", determined=True
+        )
+        assert accelerometer.covariance == [[4e-6]]
+        assert accelerometer.error == measured(0, None)["accelerometer"].error_as_left
         assert [one.verdict for one in history.rechecks] == ["go"]
         assert [one.path.name for one in history.sessions] == ["a.imucal"]
         assert [(s.path.name, s.seconds) for s in catalogue.sessions()] == [
@@ -160,6 +163,26 @@ def test_a_measurement_that_was_saved_twice_counts_once(tmp_path: Path) -> None:
         assert again == kept.path
 
 
+def test_rechecks_and_sessions_of_one_second_are_in_the_order_in_which_they_were_kept(
+    tmp_path: Path,
+) -> None:
+    """The second file has the number 2, the tenth 10."""
+    folder, seconds = tmp_path / "sessions", list(range(10))
+    for name in ("a", "a-2", "a-10"):
+        about = {"created": 2e9, "step": "verdict"}
+        Session.create(folder / f"{name}.imucal", about).close()
+    with Catalogue(folder) as catalogue:
+        for number in seconds:
+            document = GO | {"created": "2031-02-20", "seconds": number, "session": "a-10.imucal"}
+            verdict = {"verdict": "no-go" if number == seconds[-1] else "go"}
+            catalogue.add_recheck({"name": "arm"}, document | verdict)
+        past = catalogue.history("arm").rechecks
+        assert [one.document["seconds"] for one in past] == seconds
+        newest, *_, oldest = catalogue.sessions()
+    assert (newest.path.name, session_state(newest)) == ("a-10.imucal", "NO-GO")
+    assert (oldest.path.name, session_state(oldest)) == ("a.imucal", "not kept")
+
+
 def test_a_device_is_known_by_its_serial_number_else_by_its_name(tmp_path: Path) -> None:
     with Catalogue(tmp_path / "sessions") as catalogue:
         for day, device in enumerate(
@@ -190,8 +213,8 @@ def test_as_found_is_the_error_by_the_calibration_before(tmp_path: Path) -> None
     with Catalogue(tmp_path / "sessions") as catalogue:
         catalogue.add_calibration(path)
         (found,) = catalogue.history("arm").calibrations
-        told = found.sensors["accelerometer"]
-        assert (told.as_found, told.as_found_by) == (0.07, "before.json")
+        accelerometer = found.sensors["accelerometer"]
+        assert (accelerometer.as_found, accelerometer.as_found_by) == (0.07, "before.json")
         assert found.sensors["gyroscope"].as_found_by == ""
 
 
@@ -217,8 +240,8 @@ def test_programs_that_write_at_once_lose_nothing(tmp_path: Path) -> None:
     with Catalogue(folder) as catalogue:
         assert catalogue.notes == ()
         for name in "ab":
-            told = catalogue.history(name).rechecks
-            assert sorted(one.document["number"] for one in told) == list(range(4))
+            rechecks = catalogue.history(name).rechecks
+            assert sorted(one.document["number"] for one in rechecks) == list(range(4))
 
 
 def test_names_with_control_characters_are_shown_without_them(tmp_path: Path) -> None:

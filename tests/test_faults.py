@@ -48,8 +48,8 @@ def test_a_fault_of_the_program_is_one_line_and_a_file_without_readings(tmp_path
     (report,) = tmp_path.rglob("fault-*.txt")
     assert str(report) in done.stderr
     text = report.read_text()
-    for told in ("never there, # and #", "hold_taken", "options: --port COM3 --key …", VERSION):
-        assert told in text
+    for words in ("never there, # and #", "hold_taken", "options: --port COM3 --key …", VERSION):
+        assert words in text
     for kept in ("9.80665", "123456", "newton"):
         assert kept not in text
         assert kept not in done.stderr

@@ -41,8 +41,8 @@ JUDGED = ("verdict", "usable", "could_be", "grade", "limit")
 
 
 @dataclass(frozen=True)
-class Told:
-    """What is told of one recording.
+class Outputs:
+    """What the commands and the Python interface give for one recording.
 
     Attributes:
         name: of the recording.
@@ -79,9 +79,9 @@ RECORDINGS = [
 
 
 @pytest.fixture(scope="module", params=RECORDINGS)
-def told(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Told:
+def outputs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Outputs:
     """What the Python interface and the commands tell; real recordings only where they are."""
-    case, folder = CASES[request.param], tmp_path_factory.mktemp("told")
+    case, folder = CASES[request.param], tmp_path_factory.mktemp("outputs")
     words = (*(str(located(file)) for file in case.files), *case.reading.split())
     recording = recording_of(parser().parse_args(words))
     fit = iw.calibrate(recording)
@@ -97,7 +97,7 @@ def told(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
         documents[command] = json.loads(path.read_text())
         texts[command] = printed.getvalue()
     sensors = fit.judged(diagnosis).sensors
-    return Told(
+    return Outputs(
         request.param, fit.report, fit.benches.readings, first, sensors, diagnosis, words,
         documents, statuses, texts, iw.load(saved).sensors,
     )  # fmt: skip
@@ -109,35 +109,39 @@ def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
     return document if judged else {k: v for k, v in document.items() if k not in JUDGED}
 
 
-def screen(told: Told) -> str:
+def screen(outputs: Outputs) -> str:
     """What the result's screen shows."""
     console = Console(width=200, force_terminal=False)
     with console.capture() as caught:
-        console.print(fit_summary(told.report, told.diagnosis, graded(told.report, told.diagnosis)))
+        console.print(
+            fit_summary(
+                outputs.report, outputs.diagnosis, graded(outputs.report, outputs.diagnosis)
+            )
+        )
     return caught.get()
 
 
-def test_the_figures_are_the_recorded_ones(told: Told) -> None:
+def test_the_figures_are_the_recorded_ones(outputs: Outputs) -> None:
     """Those of ``tests/golden``, of the commands that are recorded."""
-    expected = json.loads((EXPECTED / f"{told.name}.json").read_text())
-    for command in CASES[told.name].commands:
+    expected = json.loads((EXPECTED / f"{outputs.name}.json").read_text())
+    for command in CASES[outputs.name].commands:
         if command in ALIKE_COMMANDS:
-            found = figures(told.documents[command])
-            assert told.statuses[command] == expected[command]["exit"]
+            found = figures(outputs.documents[command])
+            assert outputs.statuses[command] == expected[command]["exit"]
             wrong = differences(expected[command], found)
             assert not wrong, f"{command}:\n" + "\n".join(wrong)
 
 
-def test_fit_and_the_saved_file_tell_what_python_tells(told: Told) -> None:
-    found = told.documents["fit"]["sensors"]
-    assert found == {name: record(sensor) for name, sensor in told.sensors.items()}
-    assert found == {name: record(sensor) for name, sensor in told.saved.items()}
+def test_fit_and_the_saved_file_tell_what_python_tells(outputs: Outputs) -> None:
+    found = outputs.documents["fit"]["sensors"]
+    assert found == {name: record(sensor) for name, sensor in outputs.sensors.items()}
+    assert found == {name: record(sensor) for name, sensor in outputs.saved.items()}
 
 
-def test_bench_tells_what_fit_tells(told: Told) -> None:
+def test_bench_tells_what_fit_tells(outputs: Outputs) -> None:
     """Model, parameters, standard errors, errors and verdict; the ladder begins with the fit."""
-    document = told.documents["bench"]
-    for name, sensor in told.sensors.items():
+    document = outputs.documents["bench"]
+    for name, sensor in outputs.sensors.items():
         own, bench = record(sensor), document["sensors"][name]
         assert bench["model"] == own["model"] == bench["ladder"][0]["model"]
         assert (bench["verdict"], bench["unit"]) == (own["verdict"], own["unit"])
@@ -147,26 +151,26 @@ def test_bench_tells_what_fit_tells(told: Told) -> None:
             for key in ("value", "standard_error", "unit"):
                 assert one[key] == own["parameters"][parameter][key]
     texts = [f"{n}: {one['says']}" for n, one in document["sensors"].items()]
-    assert told.documents["fit"]["verdict"] == texts
+    assert outputs.documents["fit"]["verdict"] == texts
 
 
-def test_a_diagnosis_changes_no_figure(told: Told) -> None:
-    for name, sensor in told.sensors.items():
-        assert record(sensor, judged=False) == record(told.first[name], judged=False)
+def test_a_diagnosis_changes_no_figure(outputs: Outputs) -> None:
+    for name, sensor in outputs.sensors.items():
+        assert record(sensor, judged=False) == record(outputs.first[name], judged=False)
 
 
-def test_compare_has_the_fit_among_its_methods(told: Told) -> None:
-    for name, sensor in told.sensors.items():
-        rows = told.documents["compare"]["sensors"][name]
+def test_compare_has_the_fit_among_its_methods(outputs: Outputs) -> None:
+    for name, sensor in outputs.sensors.items():
+        rows = outputs.documents["compare"]["sensors"][name]
         (own,) = (one["result"] for one in rows if one["method"] == sensor.method)
         assert {k: v for k, v in own.items() if k not in JUDGED} == record(sensor, judged=False)
 
 
-def test_the_bench_of_the_wizard_begins_with_its_fit(told: Told) -> None:
+def test_the_bench_of_the_wizard_begins_with_its_fit(outputs: Outputs) -> None:
     """Also where the samples are read from the session only after the fit, or not at all."""
-    for readings in (None, told.readings):
-        benches = Benches(told.report, readings)
-        for name, sensor in told.first.items():
+    for readings in (None, outputs.readings):
+        benches = Benches(outputs.report, readings)
+        for name, sensor in outputs.first.items():
             bench = benches.bench(name)
             assert bench is not None
             fit = bench.fit
@@ -176,16 +180,20 @@ def test_the_bench_of_the_wizard_begins_with_its_fit(told: Told) -> None:
             }
 
 
-def test_every_text_prints_these_figures(told: Told) -> None:
+def test_every_text_prints_these_figures(outputs: Outputs) -> None:
     """The result screen, ``fit`` and ``bench``: each error with the same digits, one sentence.
 
     The ladder of the bench has the unit in its heading.
     """
-    texts = {"screen": screen(told), "fit": told.texts["fit"], "bench": told.texts["bench"]}
+    texts = {
+        "screen": screen(outputs),
+        "fit": outputs.texts["fit"],
+        "bench": outputs.texts["bench"],
+    }
     for where, text in texts.items():
         flat = "".join(text.split())
-        for name, sensor in told.sensors.items():
-            shown = [quantity(sensor.rms_fitted, sensor.unit), told.diagnosis[name].says]
+        for name, sensor in outputs.sensors.items():
+            shown = [quantity(sensor.rms_fitted, sensor.unit), outputs.diagnosis[name].says]
             if sensor.rms_held_out is not None:
                 shown.append(quantity(sensor.rms_held_out, sensor.unit))
             unit = readable(sensor.unit)[1] if where == "bench" else ""
@@ -194,30 +202,30 @@ def test_every_text_prints_these_figures(told: Told) -> None:
 
 
 def test_a_picture_shows_the_residuals_of_the_fit(
-    told: Told, capsys: pytest.CaptureFixture[str]
+    outputs: Outputs, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(["bench", *told.files, "--view", "accelerometer/number", "--json", "-"])
+    main(["bench", *outputs.files, "--view", "accelerometer/number", "--json", "-"])
     (shown,) = json.loads(capsys.readouterr().out)["views"]
     drawn = dict(zip(shown["source"], shown["y"], strict=True))
-    residuals = told.report.sensors["accelerometer"].residuals
+    residuals = outputs.report.sensors["accelerometer"].residuals
     factor = drawn[0] / float(residuals[0])
     assert [drawn[k] for k in sorted(drawn)] == pytest.approx((factor * residuals).tolist())
 
 
-def test_nothing_beside_a_verdict_contradicts_it(told: Told) -> None:
-    """A hold that stands out is told where the verdict does not explain it, and nowhere else."""
-    for name, one in told.diagnosis.items():
+def test_nothing_beside_a_verdict_contradicts_it(outputs: Outputs) -> None:
+    """A hold that stands out is named where the verdict does not explain it, and nowhere else."""
+    for name, one in outputs.diagnosis.items():
         settled = one.verdict is Verdict.COMPLETE
         assert ("The model is complete" in one.says) == settled
         assert ("Complete the accelerometer first" in one.says) == (one.verdict is Verdict.WAITING)
         if one.verdict is Verdict.WAITING:
-            assert told.diagnosis["accelerometer"].verdict is not Verdict.COMPLETE
-        odd = told.report.outlier_notes.get(name)
-        for text in told.texts["fit"], told.texts["bench"]:
+            assert outputs.diagnosis["accelerometer"].verdict is not Verdict.COMPLETE
+        odd = outputs.report.outlier_notes.get(name)
+        for text in outputs.texts["fit"], outputs.texts["bench"]:
             flat = "".join(text.split())
             if odd is not None:
                 assert ("".join(odd[1:].split()) in flat) == (one.verdict is Verdict.UNEXPLAINED)
-        assert f"{'✓' if one.settled else '▲'} {name}:" in screen(told)
+        assert f"{'✓' if one.settled else '▲'} {name}:" in screen(outputs)
 
 
 @functools.cache
@@ -248,13 +256,13 @@ def test_the_wizard_tells_what_fit_and_bench_tell_of_its_session(tmp_path: Path)
     collected, snapshot = engine.collected(), engine.snapshot()
     report = services.fit(collected, snapshot)
     benches = services.benches(report, None)
-    told = iw.calibrate(iw.read(path))
+    fitted = iw.calibrate(iw.read(path))
     blind = fit_stream(collected, snapshot.stream, FitOptions()).sensors
     for name, fit in report.sensors.items():
         bench = benches.bench(name)
         assert bench is not None
-        for other in (told.report.sensors[name], bench.ladder[0], bench.fit):
+        for other in (fitted.report.sensors[name], bench.ladder[0], bench.fit):
             assert [getattr(other, key) for key in FIGURES] == [getattr(fit, k) for k in FIGURES]
-        for other in (told.report.sensors[name], bench.fit):
+        for other in (fitted.report.sensors[name], bench.fit):
             assert other.parameters == fit.parameters
         assert blind[name].parameters != fit.parameters  # the samples matter here

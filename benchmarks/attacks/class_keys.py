@@ -60,6 +60,6 @@ def _stands_in_session(folder: Path, number: int) -> str:
     if services.sources.session is None:
         return "no session was written"
     with KeptSession.look(services.sources.session) as session:
-        told = json.dumps(session.meta())
+        stored = json.dumps(session.meta())
     terms = (str(number), hex(number), draw_exercise_session(number).truth.term)
-    return next((f"the session holds {one}" for one in terms if one in told), "")
+    return next((f"the session holds {one}" for one in terms if one in stored), "")

@@ -249,15 +249,15 @@ def _missing(folder: Path, sitting: Sitting, moment: float, *, whole: bool) -> s
     paths = list(folder.glob("*.imucal"))
     if not paths:
         return "there is no session"
-    told = [shown.notice for at, shown in sitting.shown if at <= moment and shown.notice]
-    undone = sum("back" in notice for notice in dict.fromkeys(told))
+    notices = [shown.notice for at, shown in sitting.shown if at <= moment and shown.notice]
+    undone = sum("back" in notice for notice in dict.fromkeys(notices))
     sent = max((count for at, count in sitting.sent if at <= moment - MAX_LOST_SECONDS), default=0)
     try:
         held = lines_held(paths[0])
         with closing(sqlite3.connect(paths[0])) as connection:
             written = {text for (text,) in connection.execute("SELECT text FROM event")}
             names = [name for (name,) in connection.execute("SELECT name FROM command")]
-        if unwritten := [notice for notice in told if notice not in written]:
+        if unwritten := [notice for notice in notices if notice not in written]:
             return f"{unwritten[-1]!r} was shown and is not kept"
         if "start" not in names or names.count("undo") < undone:
             return f"{1 + undone} commands were shown, {len(names)} are kept"

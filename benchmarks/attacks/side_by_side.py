@@ -333,10 +333,12 @@ def read_only() -> Iterator[str]:
                 (_OPENS_THE_VIRTUAL_IMU, [], 2, "give another folder"),
             ):
                 program = _python(script, *arguments, before=before, home=home)
-                told = "".join(program.communicate(timeout=PATIENCE))
-                fine = program.returncode == status and says in told and "Traceback" not in told
+                printed = "".join(program.communicate(timeout=PATIENCE))
+                fine = (
+                    program.returncode == status and says in printed and "Traceback" not in printed
+                )
                 what = arguments[:1] or ["the wizard"]
-                yield "" if fine else f"{what[0]} in a read-only home: {told[-300:]!r}"
+                yield "" if fine else f"{what[0]} in a read-only home: {printed[-300:]!r}"
             for one in places:
                 one.chmod(0o700)
 
@@ -374,9 +376,9 @@ def names() -> Iterator[str]:
             for command in (["sessions"], ["devices"], ["devices", name.replace("\x00", "")]):
                 arguments = [*command, "--sessions", str(folder)]
                 one = _python(_USES_THE_HOME, *arguments)
-                told = "".join(one.communicate(timeout=PATIENCE))
-                bad = {c for c in told if c != "\n" and not c.isprintable()}
-                fine = not bad and "Traceback" not in told and one.returncode in (0, 2)
-                yield "" if fine else f"{command[0]} of {name!r}: {bad or told[-200:]!r}"
+                printed = "".join(one.communicate(timeout=PATIENCE))
+                bad = {c for c in printed if c != "\n" and not c.isprintable()}
+                fine = not bad and "Traceback" not in printed and one.returncode in (0, 2)
+                yield "" if fine else f"{command[0]} of {name!r}: {bad or printed[-200:]!r}"
         outside = {one.name for one in Path(place).iterdir()} - {"sessions", "a.csv"}
         yield f"written outside: {outside}" if outside else ""

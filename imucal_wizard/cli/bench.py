@@ -167,8 +167,6 @@ def _save(fit: "Fit", arguments: Namespace, place: Path) -> "Saved":
     limits = limits_of_use(arguments)
     diagnoses = {one.sensor: one for one in diagnose_benches(fit.benches, {}, automatic=False)}
     calibration = fit.judged(diagnoses, limits)
-    if not arguments.force:
-        calibration.usable_part()  # refuses where nothing would be left
     said = save_usable(calibration, place, arguments)
     report = fit.benches.fitted()
     grades = graded(report, diagnoses, limits)

@@ -92,20 +92,20 @@ def save_usable(
 
     Returns:
         What was saved and what was left out, in lines.
+
+    Raises:
+        DataError: no sensor is usable; nothing is written.
+        PlaceError: the file cannot be written.
     """
-    force = arguments.force
-    left_out = [] if force else list(calibration.unusable)
-    if left_out and len(left_out) == len(calibration.sensors):
-        return ["not saved: no sensor has a usable calibration (--force saves it all the same)"]
     from imucal_wizard.report.calibration_record import described, located
     from imucal_wizard.report.device_history import save_in_history
 
     made = described(calibration, said_about(arguments), measured=getattr(arguments, "date", None))
     if where := location_given(arguments):
         made = located(made, where)
-    says = save_in_history(made, place, arguments.sessions, force=force)
-    without = f" without the {' and the '.join(left_out)} (--force saves all)" if left_out else ""
-    return [f"saved: {place}{without}", *says]
+    first, *says = save_in_history(made, place, arguments.sessions, force=arguments.force)
+    hint = " (--force saves all)" if made.unusable and not arguments.force else ""
+    return [first + hint, *says]
 
 
 def save_or_print(calibration: "Calibration", arguments: argparse.Namespace) -> None:
@@ -118,6 +118,8 @@ def save_or_print(calibration: "Calibration", arguments: argparse.Namespace) -> 
     try:
         for text in save_usable(calibration, arguments.save, arguments):
             tell(text)
+    except DataError:
+        tell("not saved: no sensor has a usable calibration (--force saves it all the same)")
     except PlaceError:
         from imucal_wizard.report.text import correction_text
 

@@ -155,7 +155,8 @@ def run(argv: Sequence[str]) -> int:
     document = recheck_document(found, arguments.calibration.name, session, arguments.date)
     if arguments.json:
         write_json(document, arguments.json)
-    for text in kept_recheck(calibration, document, sessions_folder(arguments)):
+    checked = next((one.description for one in sessions), None)
+    for text in kept_recheck(known, found, document, sessions_folder(arguments), checked):
         note(text)
     for warning in recording.warnings:
         note(f"warning: {warning}")

@@ -38,14 +38,14 @@ class Description:
         names = [one.name for one in fields(cls)]
         return cls(*(_line(about.get(name)) for name in names))
 
-    def told(self) -> dict[str, str]:
+    def stated(self) -> dict[str, str]:
         """The texts by name, without empty ones."""
         texts = {one.name: getattr(self, one.name) for one in fields(self)}
         return {name: text for name, text in texts.items() if text}
 
     def over(self, other: "Description") -> "Description":
         """This description, completed by another one."""
-        return Description(**(other.told() | self.told()))
+        return Description(**(other.stated() | self.stated()))
 
     @property
     def named(self) -> str:

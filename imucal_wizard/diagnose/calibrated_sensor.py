@@ -25,6 +25,7 @@ from imucal_wizard.estimate.accelerometer import (
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.inertial import scale_notes
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.rate_table import RateTableExperiment
@@ -196,6 +197,15 @@ class CalibratedSensor(ABC):
         del experiment, found, covariance
         return None
 
+    def misread(self, found: Parameters) -> str:
+        """That the scale has changed as no sensor's does, and what explains it; or "".
+
+        Args:
+            found: the parameters of today.
+        """
+        del found
+        return ""
+
     def drift(self, usual: UsualDrift, warmer: float | None) -> DriftCovariance:
         """Covariance of M and b by the drift of an unchanged sensor.
 
@@ -341,6 +351,11 @@ class CalibratedGyroscope(CalibratedSensor):
     advice = "turn the device about that axis between two holds"
     zeroes = True
     own_frame = False
+
+    def misread(self, found: Parameters) -> str:
+        """See ``CalibratedSensor``."""
+        share = np.linalg.det(found.matrix) / np.linalg.det(self.calibration.matrix)
+        return "; ".join(scale_notes(float(np.cbrt(abs(share))), 0.0))
 
     def error_rows(self, gravity: float) -> FloatArray:
         """See ``CalibratedSensor``."""

@@ -120,6 +120,11 @@ class Recheck:
     sensors: Mapping[str, SensorRecheck]
     says: str
 
+    @property
+    def judged(self) -> bool:
+        """Whether anything was measured by which a sensor can be judged."""
+        return any(one.floor is not None for one in self.sensors.values())
+
 
 @dataclass(frozen=True)
 class RecheckCriteria:
@@ -150,8 +155,9 @@ def recheck(
     """
     found: dict[str, SensorRecheck] = {}
     for one, drift, change in _changes(known, measured, criteria):
-        if isinstance(change, str):
-            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {change}")
+        why = change if isinstance(change, str) else one.misread(change.found.calibration)
+        if isinstance(change, str) or why:
+            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {why}")
         else:
             found[one.sensor] = _judged(change, drift, criteria, _warmer(one, measured))
     return found

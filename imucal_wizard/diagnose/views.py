@@ -95,12 +95,12 @@ class ResidualView:
     @property
     def legend(self) -> str:
         """What the signs of the picture mean: noise band and suspect."""
-        word = "standard error" if self.rows is None else "noise"
-        band = "" if self.floor is None else f"▒ {word} ±{number(self.floor, 2)} {self.unit}"
+        word = "standard error" if self.rows is None else "noise of each point"
+        band = "" if self.band is None else f"▒ {word} ±{number(self.band, 2)} {self.unit}"
         return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
     @property
-    def floor(self) -> float | None:
+    def band(self) -> float | None:
         """What the noise alone makes of y, rms over the points; None where it is not known."""
         return None if self.error is None else float(np.sqrt(np.mean(self.error**2)))
 

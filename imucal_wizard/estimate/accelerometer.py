@@ -11,10 +11,8 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
-from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
@@ -271,33 +269,6 @@ def principal_steps(covariance: FloatArray | None) -> FloatArray:
     values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
     seen = values > NEGLIGIBLE_DOUBT * values[-1]
     return np.asarray(scale[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
-
-
-def fit_accelerometer(
-    holds: Sequence[Hold],
-    gravity: float,
-    unit: str,
-    method: str = DEFAULTS[ACCELEROMETER],
-    readings: Readings | None = None,
-) -> SensorFit:
-    """The calibration of these holds without effects.
-
-    Args:
-        holds: still periods, in the order of time.
-        gravity: local gravity, m/s².
-        unit: of the readings, ``m/s^2`` or ``count``.
-        method: the default, or one of ``estimate.methods``.
-        readings: what the holds were found in, for the effects that are fitted to them later.
-
-    Raises:
-        DataError: the holds do not determine a calibration.
-        UsageError: no method of that name.
-    """
-    if method == DEFAULTS[ACCELEROMETER]:
-        return fit(accelerometer_experiment(holds, gravity, unit, readings))
-    from imucal_wizard.estimate.hold_magnitudes import fit_by_method  # imported when it is needed
-
-    return fit_by_method(holds, gravity, unit, method)
 
 
 def accelerometer_experiment(

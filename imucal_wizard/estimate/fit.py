@@ -55,16 +55,19 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     experiment, calibration, terms = found.experiment, found.calibration, found.terms
     errors, independent, left_out = found.errors, found.independent, held_out(found)
     out = None if left_out is None else left_out.errors
-    told, names = ~found.slow, (*found.directions.names, *terms.names, *shared_names(experiment))
+    of_model, names = (
+        ~found.slow,
+        (*found.directions.names, *terms.names, *shared_names(experiment)),
+    )
     table = ResidualTable(
         sources=experiment.sources,
         at=found.rows,
         residual=independent.measured(found.residual),
         reported=errors,
         held_out=out,
-        columns=independent.measured(found.system.columns[:, told]),
-        names=tuple(name for name, one in zip(names, told, strict=True) if one),
-        precision=found.balance.precision[told],
+        columns=independent.measured(found.system.columns[:, of_model]),
+        names=tuple(name for name, one in zip(names, of_model, strict=True) if one),
+        precision=found.balance.precision[of_model],
         variance=found.balance.variance,
         own=found.system.own,
         independent=independent,

@@ -107,13 +107,16 @@ def determined_entries(
 ) -> tuple[int, ...]:
     """Which of the entries fitted the rows determine; the worst known gain goes first.
 
+    By the measured noise: an effect that is missing in the model makes residuals large, but takes
+    no information from the rows; with the gain left out the effect could not be found.
+
     Raises:
         DataError: a scale is not determined and has no nominal value.
     """
     gain = float(np.linalg.norm(found.calibration.matrix, 2))
     count, entries = len(found.directions), list(free)
     columns = found.system.columns[:, :count]
-    whole = columns.T @ (columns / found.balance.variance[:, None])
+    whole = columns.T @ (columns / found.system.own[:, None])
     while True:
         rows = [free.index(entry) for entry in entries]
         inverse, blind = _inverse(whole[np.ix_(rows, rows)])

@@ -15,13 +15,16 @@ from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
-from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.accelerometer import accelerometer_experiment
 from imucal_wizard.estimate.compensated import noticed
+from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
+from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import ACCELEROMETER
 
 
 @dataclass(frozen=True)
@@ -114,6 +117,33 @@ def fit_holds(
         warnings=tuple(dict.fromkeys(note for note in notes if note)),
         outlier_notes=odd,
     )
+
+
+def fit_accelerometer(
+    holds: Sequence[Hold],
+    gravity: float,
+    unit: str,
+    method: str = DEFAULTS[ACCELEROMETER],
+    readings: Readings | None = None,
+) -> SensorFit:
+    """The calibration of these holds without effects.
+
+    Args:
+        holds: still periods, in the order of time.
+        gravity: local gravity, m/s².
+        unit: of the readings, ``m/s^2`` or ``count``.
+        method: the default, or one of ``estimate.methods``.
+        readings: what the holds were found in, for the effects that are fitted to them later.
+
+    Raises:
+        DataError: the holds do not determine a calibration.
+        UsageError: no method of that name.
+    """
+    if method == DEFAULTS[ACCELEROMETER]:
+        return fit(accelerometer_experiment(holds, gravity, unit, readings))
+    from imucal_wizard.estimate.hold_magnitudes import fit_by_method
+
+    return fit_by_method(holds, gravity, unit, method)
 
 
 def _with_poses(holds: Sequence[Hold], directions: FloatArray) -> list[Hold]:
@@ -245,8 +275,8 @@ def scale_notes(scale: float, rate: float) -> list[str]:
     found = f"the gyroscope's scale comes out as {scale:.3g}, which no sensor has"
     if not fits:
         return [f"{found}: check the unit of the rates, the range and the sampling rate"]
-    which = "Check which is true, correct it" if len(fits) > 1 else "Check this, correct it"
-    return [f"{found}. It fits if {', or if '.join(fits)}. {which} and fit again"]
+    which = "which is true" if len(fits) > 1 else "this"
+    return [f"{found}. It fits if {', or if '.join(fits)}. Check {which} and correct it"]
 
 
 def _other_range(scale: float) -> list[str]:

@@ -1,11 +1,10 @@
 """The circumstances of holds: what the effects may depend on, as far as it was recorded."""
 
 from collections.abc import Sequence
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import Circumstances
 
@@ -13,8 +12,6 @@ AWAY_AND_BACK = 3.0
 """Seconds that it takes at least to take a pose anew."""
 UNMOVED = np.radians(0.1)
 """No hand takes a pose again so exactly."""
-_FOUND: WeakKeyDictionary[Series, WeakKeyDictionary[Hold, float]] = WeakKeyDictionary()
-"""Vibration in the holds of a series, which every row set of a diagnosis asks for."""
 
 
 def circumstances_of(
@@ -98,9 +95,9 @@ def _vibration(holds: Sequence[Hold], readings: Readings | None) -> FloatArray:
         samples = np.array([hold.samples for hold in holds])
         return np.asarray(np.trace(covariances.reshape(-1, 3, 3), axis1=1, axis2=2) * samples)
     series = readings.accelerometer
-    known = _FOUND.setdefault(series, WeakKeyDictionary())
-    for hold in holds:
-        if hold not in known:
-            values = hold.readings(series).values
-            known[hold] = float(values.var(axis=0).sum()) if len(values) else np.nan
-    return np.array([known[hold] for hold in holds])
+    found = np.full(len(holds), np.nan)
+    for place, hold in enumerate(holds):
+        values = hold.readings(series).values
+        if len(values):
+            found[place] = values.var(axis=0).sum()
+    return found

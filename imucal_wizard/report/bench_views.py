@@ -57,7 +57,7 @@ def no_such_view(name: str, known: Mapping[str, Sequence[ResidualView]]) -> str:
         for sensor, views in known.items()
     )
     meant = f"; nearest {', '.join(near)}" if near else ""
-    return f"there is no view {name!r}{meant}. There are of the {'; of the '.join(groups)}"
+    return f"there is no view {name!r}{meant}. Views: {'; '.join(groups)}"
 
 
 def _group(name: str) -> str:
@@ -96,7 +96,7 @@ def _data(view: ResidualView) -> dict[str, Any]:
         else [finite_or_none(value) for value in view.predicted],
         "suspect": view.suspect,
         "slope": view.slope,
-        "noise": view.floor,
+        "noise": view.band,
         "source": view.source.tolist(),
         "look_for": view.look_for,
     }

@@ -14,6 +14,7 @@ from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.calibrated_sensor import (
     CALIBRATED_SENSORS,
     CalibratedSensor,
@@ -124,16 +125,17 @@ class CalibratedDevice:
             UsageError: the readings have another unit than those of the calibration.
         """
         self.check_units(units)
+        if why := self._misread(measured):
+            return unreadable_recheck(self, why, measured.seconds)
         seen = {name: one for name, one in self.sensors.items() if name in units}
         sensors = recheck(seen, measured, self.criteria)
-        notes = [*self.warnings, *self._scale_notes(measured)]
         for name, one in self.sensors.items():
             if name not in units:
                 says = f"the recording has no {name}: x, y and z were not seen"
                 sensors[name] = not_seen(one, self.criteria, says)
         if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
             sensors[MAGNETOMETER] = self._field(measured)
-        return device_verdict(sensors, measured.seconds, notes)
+        return device_verdict(sensors, measured.seconds, self.warnings)
 
     def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
         """The pose that would show most of what has not been seen.
@@ -148,6 +150,8 @@ class CalibratedDevice:
             return Proposal(None, 0, 1, str(error))
         sensors = {name: one for name, one in self.sensors.items() if name in units}
         measured = recheck_data(collected)
+        if why := self._misread(measured):
+            return Proposal(None, 0, 1, why)
         detection = detection_powers(sensors, measured, self.criteria)
         powers = [
             one.power
@@ -170,6 +174,17 @@ class CalibratedDevice:
         """The device that was calibrated."""
         about = self.calibration.device or Device()
         return Description(about.name or "", about.serial or "", about.chip or "")
+
+    def is_of(self, checked: Description) -> bool:
+        """Whether this device may be the one that was calibrated.
+
+        Args:
+            checked: its serial number decides, else its name; what is not known decides nothing.
+        """
+        known = self.described
+        if known.serial and checked.serial:
+            return known.serial == checked.serial
+        return not (known.device and checked.device) or known.device == checked.device
 
     def check_device(self, serial: str) -> None:
         """Refuse another device than the one that was calibrated.
@@ -250,16 +265,17 @@ class CalibratedDevice:
         usual = given_limits([f"{name}={LIMITS_OF_USE[self.settings.grade][name]}"])[name]
         return usual if sensor.limit is None else sensor.limit
 
-    def _scale_notes(self, measured: RecheckData) -> list[str]:
-        """What explains that gravity reads as no change of a sensor makes it."""
+    def _misread(self, measured: RecheckData) -> str:
+        """That gravity reads as no sensor makes it: another unit or range; "" if it does not."""
         known = self.sensors.get(ACCELEROMETER)
         if known is None or not measured.holds:
-            return []
+            return ""
         means = np.array([hold.accelerometer for hold in measured.holds])
-        plain = known.calibration
-        size = np.linalg.norm((means - plain.bias) @ plain.matrix.T, axis=1)
-        ratio = self.criteria.gravity / max(float(np.median(size)), 1e-9)
-        return unit_notes(ratio) if abs(np.log(ratio)) > FAR else []
+        if known.unit == COUNT:
+            means = (means - known.calibration.bias) @ known.calibration.matrix.T
+        size = float(np.median(np.linalg.norm(means, axis=1)))
+        ratio = self.criteria.gravity / max(size, 1e-9)
+        return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > FAR else ""
 
     def _field(self, measured: RecheckData) -> SensorRecheck:
         """The magnetometer, by constancy of magnitude and dip."""
@@ -360,18 +376,19 @@ def recheck_collected(
     return known.judged(recheck_data(collected, seconds, readings), units)
 
 
-def unreadable_recheck(known: CalibratedDevice, why: str) -> Recheck:
+def unreadable_recheck(known: CalibratedDevice, why: str, seconds: float = 0.0) -> Recheck:
     """The result of a recording in which nothing can be judged.
 
     Args:
         known: the calibration.
         why: the reason.
+        seconds: duration, s.
     """
     sensors = {
-        name: not_seen(one, known.criteria, f"x, y and z were not seen: {why}")
+        name: not_seen(one, known.criteria, "x, y and z were not seen")
         for name, one in known.sensors.items()
     }
-    return device_verdict(sensors, 0.0)
+    return device_verdict(sensors, seconds, [why])
 
 
 def _kinds(calibration: Calibration) -> dict[str, type[CalibratedSensor]]:

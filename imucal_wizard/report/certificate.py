@@ -156,7 +156,7 @@ def _date(text: str | None) -> str:
 
 def _item(calibration: Calibration) -> list[tuple[str, str]]:
     device = calibration.device
-    told = {
+    statements = {
         "Device": device and device.name,
         "Serial number": device and device.serial,
         "Kind of chip": device and device.chip,
@@ -164,7 +164,7 @@ def _item(calibration: Calibration) -> list[tuple[str, str]]:
     }
     ranges = device.ranges if device else {}
     return [
-        *((name, text or _NOT_STATED) for name, text in told.items()),
+        *((name, text or _NOT_STATED) for name, text in statements.items()),
         *((f"Readings of the {name}", text) for name, text in ranges.items()),
         ("Sensors", ", ".join(calibration.sensors)),
     ]
@@ -456,8 +456,8 @@ def _measured(calibration: Calibration) -> str:
         "steps or turns of a rate table": sum(bool(one.angle) for one in calibration.table_means),
         "readings of the magnetic field": len(calibration.field_means),
     }
-    told = [f"{count} {what}" for what, count in counts.items() if count]
-    return ", ".join(told) or "the recording named above"
+    counted = [f"{count} {what}" for what, count in counts.items() if count]
+    return ", ".join(counted) or "the recording named above"
 
 
 def _identification(calibration: Calibration, path: Path, digest: str) -> list[tuple[str, str]]:

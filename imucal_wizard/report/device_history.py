@@ -32,17 +32,16 @@ def save_in_history(
         force: write the sensors that are not usable, too.
 
     Returns:
-        What to know of the history, in lines.
+        What was saved and left out, and what to know of the history, in lines.
 
     Raises:
         DataError: no sensor is usable; nothing is written.
         UsageError: the file cannot be written.
     """
-    named = calibration.device_name
+    named, says = calibration.device_name, [saved_text(calibration, path, force=force)]
     if not named:
         calibration.save(path, force=force)
-        return []
-    says: list[str] = []
+        return says
     with Catalogue(folder or default_directory()) as catalogue:
         try:
             calibration = with_as_found(calibration, catalogue)
@@ -55,6 +54,13 @@ def save_in_history(
         except ImucalError as error:
             says.append(f"not kept in the history of {named}: {error}")
         return [*says, *catalogue.notes]
+
+
+def saved_text(calibration: Calibration, path: Path, *, force: bool = False) -> str:
+    """What is saved in a file, and the sensors that are left out because they are not usable."""
+    left_out = [] if force else list(calibration.unusable)
+    without = f" without the {' and the '.join(left_out)}" if left_out else ""
+    return f"saved: {path}{without}"
 
 
 def with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:

@@ -184,8 +184,8 @@ def _given(one: Any) -> Known:
     if error is None and "uncertainty" in one:
         error = float(one["uncertainty"]) / float(one.get("k", 2.0))
     freedom = int(one.get("degrees_of_freedom", EXACT_FREEDOM))
-    told = None if error is None else float(error)
-    return Known(float(one["value"]), told, str(one.get("unit", "")), freedom)
+    standard_error = None if error is None else float(error)
+    return Known(float(one["value"]), standard_error, str(one.get("unit", "")), freedom)
 
 
 def differences(

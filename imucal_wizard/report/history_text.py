@@ -21,7 +21,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.grade import Grade
-from imucal_wizard.guide.kinds import TITLES
+from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.guide.wording import plural
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.tables import fitting_widths, table_row
@@ -56,8 +56,10 @@ def session_state(session: SessionInfo) -> str:
     """The verdict of a session, or why it has none."""
     if session.problem:
         return "in use" if session.busy else "damaged"
-    told = session.recheck.upper() or verdict_word(session.grades)
-    return told or ("not saved" if session.finished else "unfinished")
+    outcome = session.recheck.upper() or verdict_word(session.grades)
+    if outcome or not session.finished:
+        return outcome or "unfinished"
+    return "not kept" if session.step == StepKind.VERDICT else "not saved"
 
 
 def session_table(sessions: Sequence[SessionInfo], folder: Path) -> str:

@@ -301,16 +301,16 @@ def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
     deviation = np.sqrt(np.mean(sensor.allan.variance, axis=1))
     error = np.sqrt(np.mean([fit.error**2 for fit in sensor.fits], axis=0))
     curve = np.sqrt(np.mean([fit.curve**2 for fit in sensor.fits], axis=0))
-    told = (error > 0.0) & (error < MAX_SHOWN_ERROR * deviation) & (deviation > 0.0)
-    if not told.any():
+    known = (error > 0.0) & (error < MAX_SHOWN_ERROR * deviation) & (deviation > 0.0)
+    if not known.any():
         return []
-    least = np.flatnonzero(told)[deviation[told].argmin()]
+    least = np.flatnonzero(known)[deviation[known].argmin()]
     head = (
         f"  least Allan deviation {number(deviation[least] * factor, 3)} {unit} at τ = "
         f"{number(sensor.taus[least], 2)} s"
     )
     size = width, height
-    rows = _plot(sensor.taus[told], (deviation * factor)[told], (curve * factor)[told], size)
+    rows = _plot(sensor.taus[known], (deviation * factor)[known], (curve * factor)[known], size)
     caption = f"  Allan deviation in {unit}, mean of the axes; × is the fitted curve"
     return [head, *rows[:-1], rows[-1].rstrip(), caption]
 

@@ -277,16 +277,16 @@ def contradiction(calibration: "Calibration") -> str:
 
 def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") -> Iterator[str]:
     """What of a sensor contradicts the rest of it, without the readings."""
-    told = sensor.parameters
+    parameters = sensor.parameters
     for parameter, value in _by_matrices(sensor).items():
-        listed = told.get(parameter)
+        listed = parameters.get(parameter)
         if listed is not None and not _same(listed.value, value, at_least=1e-3):
             yield (
                 f"{parameter} is {number(listed.value, 6)} in the list and {number(value, 6)} by "
                 "its matrix, bias and effects"
             )
     joint = sensor.parameter_covariance
-    for place, (parameter, one) in enumerate(told.items()):
+    for place, (parameter, one) in enumerate(parameters.items()):
         if joint is None or one.standard_error is None:
             continue
         error = math.sqrt(max(joint[place][place], 0.0))
@@ -295,6 +295,11 @@ def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") 
                 f"{parameter} has the standard error {number(one.standard_error, 6)} in the list "
                 f"and {number(error, 6)} by its covariance"
             )
+    interval, held_out = sensor.held_out_interval, sensor.rms_held_out
+    # new data have the errors of the fit of all, and those left out the errors of the fit of fewer
+    if interval is not None and held_out is not None and held_out < interval[0]:
+        words = quantity(held_out, sensor.unit, 6), quantity(interval[0], sensor.unit, 6)
+        yield f"rms_held_out is {words[0]}, below its own 90 % interval, which begins at {words[1]}"
     for rung in ladder if sensor.held_out_interval is not None else ():
         for kind in ("rms_fitted", "rms_held_out", "floor"):
             here, there = getattr(sensor, kind), getattr(rung, kind)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from imucal_wizard.core.dates import iso_date
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.quantities import (
     finite_or_none,
@@ -17,6 +18,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.recheck import MovedParameter, Recheck, SensorRecheck
+from imucal_wizard.report.calibrated_device import CalibratedDevice
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.text import TEXT_COLUMNS
 from imucal_wizard.sessions import SessionInfo
@@ -105,14 +107,23 @@ def seen_text(one: SensorRecheck) -> list[str]:
 
 
 def kept_recheck(
-    calibration: Calibration, document: Mapping[str, object], folder: Path
+    known: CalibratedDevice,
+    found: Recheck,
+    document: Mapping[str, object],
+    folder: Path,
+    checked: Description | None = None,
 ) -> list[str]:
     """Keep a verdict in the history of its device, if the calibration names one.
 
+    What is not a verdict on that device is not kept: that of another device, and readings in which
+    nothing could be judged.
+
     Args:
-        calibration: whose device it is.
-        document: of the recheck.
+        known: the calibration.
+        found: the recheck.
+        document: of it.
         folder: of the sessions.
+        checked: the device that was checked, as far as it is known.
 
     Returns:
         The text for the user, in lines.
@@ -120,9 +131,14 @@ def kept_recheck(
     Raises:
         UsageError: the folder cannot be written.
     """
-    device, named = calibration.device, calibration.device_name
+    device, named = known.calibration.device, known.calibration.device_name
     if device is None or not named:
-        return []
+        return ["not kept in a history: the calibration names no device"]
+    if checked is not None and not known.is_of(checked):
+        other = ", ".join(filter(None, (checked.device, checked.serial)))
+        return [f"not kept in the history of {named}: another device was checked, {other}"]
+    if not found.judged:
+        return [f"not kept in the history of {named}: nothing could be judged"]
     from imucal_wizard.sessions.catalogue import Catalogue
 
     with Catalogue(folder) as catalogue:

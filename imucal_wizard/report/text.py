@@ -46,16 +46,16 @@ def summary(
         diagnoses: of the sensors; without them no grade and no verdict is given.
         limits: of use, see ``diagnose.grade``.
     """
-    told = diagnoses or {}
+    known = diagnoses or {}
     motions = "" if report.on_table and not report.holds else f"{_motions(report)}, "
     lines = [
-        *(_grades(report, told, limits) if told else ()),
+        *(_grades(report, known, limits) if known else ()),
         _wrapped(
             motions + ", ".join(f"{name} {rate:.4g} Hz" for name, rate in report.rates.items())
         ),
     ]
     for name, fit in report.sensors.items():
-        could_be = told[name].could_be if name in told else None
+        could_be = known[name].could_be if name in known else None
         lines += ["", *_sensor(name, fit, could_be)]
         if fit.of_table:
             lines += table_lines(fit)
@@ -65,9 +65,9 @@ def summary(
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
         lines += ["", *_comparison(report)]
-    if notes := report.notes(judged=bool(told)):
+    if notes := report.notes(judged=bool(known)):
         lines += ["", *(_wrapped(f"! {note}") for note in notes)]
-    says = [_wrapped(f"{one.sensor}: {one.says}") for one in told.values()]
+    says = [_wrapped(f"{one.sensor}: {one.says}") for one in known.values()]
     return "\n".join([*lines, "", *says]).rstrip()
 
 
@@ -116,8 +116,13 @@ def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
         text += f"; could be {quantity(could_be, fit.unit)}"
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
-    for told in (text, *(f"  {note}" for note in (fit.before_note, fit.slow_noise_note) if note)):
-        lines += textwrap.wrap(told, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    ")
+    for paragraph in (
+        text,
+        *(f"  {note}" for note in (fit.before_note, fit.slow_noise_note) if note),
+    ):
+        lines += textwrap.wrap(
+            paragraph, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    "
+        )
     return lines
 
 
@@ -146,16 +151,16 @@ def table_lines(fit: SensorFit) -> list[str]:
         f"by {quantity(root_mean_square(errors), 'rad/s', 2)} rms, "
         f"{1e6 * root_mean_square(errors / rates):.0f} ppm of the rate"
     )
-    told = [text]
+    paragraphs = [text]
     if fit.frame == "own":
-        told.append(
+        paragraphs.append(
             "The matrix is in the gyroscope's own frame: x along its x axis, y in the plane of its "
             "x and y axes. A table about an unknown axis shows the scales and the angles between "
             "the axes, but neither how the gyroscope lies in its housing nor a mirrored axis."
         )
     return [
         line
-        for one in told
+        for one in paragraphs
         for line in textwrap.wrap(
             one, TEXT_COLUMNS, initial_indent="    ", subsequent_indent="    "
         )
@@ -192,13 +197,13 @@ def _parameter(parameter: Parameter, method: str) -> str:
 
 def _comparison(report: FitReport) -> list[str]:
     lines = ["GYROSCOPE SCALE by three methods (correction, rad/s per reading)"]
-    lines.append("  axis  turns   static          dynamic         vector")
+    lines.append("  axis  rotations  static          dynamic         vector")
     for row in report.comparison:
         cells = [
             number(value, 6) for value in (row.static_scale, row.dynamic_scale, row.vector_scale)
         ]
         row_text = "".join(f"{cell:16}" for cell in cells)
-        lines.append(f"  {row.axis:4}  {row.rotations:5}   {row_text}".rstrip())
+        lines.append(f"  {row.axis:4}  {row.rotations:9}  {row_text}".rstrip())
     note = single_axis_note(report.comparison)
     return lines + [f"  {line}" for line in textwrap.wrap(note, TEXT_COLUMNS - 2)]
 

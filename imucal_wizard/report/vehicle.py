@@ -53,12 +53,11 @@ def undoing(autopilot: str, parameters: Mapping[str, float]) -> Callable[[FloatA
 
 def undone_text(autopilot: str, parameters: Mapping[str, float]) -> str:
     """What was undone, in a sentence."""
-    told = []
+    corrections = []
     for sensor, axes in present_axes(autopilot, parameters).items():
         offset, scale = (
             ", ".join(number(one, 4) for one in each) for each in (axes.offset, axes.scale)
         )
-        told.append(f"{sensor} offsets {offset}, scales {scale}")
-    return (
-        f"undone, as {autopilot} had applied it: {'; '.join(told)} (SI){_STAYS.get(autopilot, '')}"
-    )
+        corrections.append(f"{sensor} offsets {offset}, scales {scale}")
+    stays = _STAYS.get(autopilot, "")
+    return f"undone, as {autopilot} had applied it: {'; '.join(corrections)} (SI){stays}"

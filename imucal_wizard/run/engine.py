@@ -222,7 +222,7 @@ class Engine:
 
     def describe(self, description: Description) -> None:
         """State device, place and operator; the procedure does not change."""
-        self.journal.command(self.samples, DESCRIBE_COMMAND, json.dumps(description.told()))
+        self.journal.command(self.samples, DESCRIBE_COMMAND, json.dumps(description.stated()))
 
     def set_setup(self, setup: StreamSetup) -> None:
         """Read the stream with another setup from now on; the procedure restarts."""

@@ -103,10 +103,10 @@ class BenchDraft:
                 lacking += [f"{sensor} {one}" for one in wanted if one not in bench.fit.model]
         except (ImucalError, OSError, ValueError, OverflowError):  # a damaged file, other data
             return ""
-        told = "; ".join(benches.changed(before))
+        changes = "; ".join(benches.changed(before))
         if lacking:
-            told = f"{told or 'nothing'}; not restored: {', '.join(lacking)}"
-        return f"{told} ({when}, in no file)" if told else ""
+            changes = f"{changes or 'nothing'}; not restored: {', '.join(lacking)}"
+        return f"{changes} ({when}, in no file)" if changes else ""
 
     def remove(self) -> None:
         """The models are in a file, or given up; what another program has written stays."""

@@ -3,6 +3,7 @@
 The files in the folder are the record: sessions, calibrations and results of rechecks, each
 complete by itself. The catalogue only lists them, so that a list opens at once; opening it reads
 the files that are new or changed. A damaged or missing catalogue is made again from the files.
+Files of one second are listed by their names: ``A.json`` before ``A-2.json``, the shorter first.
 
 >>> with Catalogue(folder) as catalogue:  # doctest: +SKIP
 ...     kept = catalogue.add_calibration(Path("my.json"))
@@ -186,10 +187,10 @@ class Catalogue:
             UsageError: the device has neither name nor serial number, or the folder cannot be
                 written.
         """
-        told = {key: sanitise(device.get(key) or "") or None for key in ("name", "serial")}
-        if not rows_of.has_name(rows_of.NamedDevice(**told)):
+        names = {key: sanitise(device.get(key) or "") or None for key in ("name", "serial")}
+        if not rows_of.has_name(rows_of.NamedDevice(**names)):
             raise UsageError("the device has no name, so that it has no history")
-        whole = {"created": iso_now(), **document, "device": told}
+        whole = {"created": iso_now(), **document, "device": names}
         when = seconds_of(str(whole["created"])) or time.time()
         kept = self._kept(when, "recheck", encode_json(whole))
         self._look_again()
@@ -296,18 +297,19 @@ class Catalogue:
         grades: dict[str, dict[str, str]] = {}
         for session, sensor, grade in self._connection.execute(
             "SELECT session, sensor, grade FROM calibration JOIN sensor USING (file)"
-            " WHERE session != '' ORDER BY saved"
+            " WHERE session != '' ORDER BY saved, length(file), file"
         ):
             grades.setdefault(session, {})[sensor] = grade or "saved"
         rechecks = dict(
             self._connection.execute(
-                "SELECT session, verdict FROM recheck WHERE session != '' ORDER BY checked"
+                "SELECT session, verdict FROM recheck WHERE session != ''"
+                " ORDER BY checked, length(file), file"
             )
         )
         rows = self._connection.execute(
             "SELECT file, created, source, step, seconds, holds, problem, busy, description"  # noqa: S608 - own words
             f" FROM session JOIN label USING (file) {which}"
-            " ORDER BY created DESC, file DESC",
+            " ORDER BY created DESC, length(file) DESC, file DESC",
             values,
         )
         return [
@@ -330,11 +332,11 @@ class Catalogue:
     def _calibrations(self, device: int) -> Iterator[PastCalibration]:
         rows = self._connection.execute(
             "SELECT calibration.* FROM calibration JOIN label USING (file) WHERE device = ?"
-            " ORDER BY saved, file",
+            " ORDER BY saved, length(file), file",
             (device,),
         )
         newest = {row[4]: row for row in rows}  # of each measurement the one saved last
-        for row in sorted(newest.values(), key=lambda row: (row[1], row[2], row[0])):
+        for row in sorted(newest.values(), key=lambda row: (row[1], row[2], len(row[0]), row[0])):
             file, measured, saved, session, measurement, low, high, place, operator, note = row
             yield PastCalibration(
                 path=self.folder / os.fsdecode(file),
@@ -382,7 +384,7 @@ class Catalogue:
     def _rechecks(self, device: int) -> Iterator[PastRecheck]:
         for file, checked, verdict, calibration, session, document in self._connection.execute(
             "SELECT recheck.* FROM recheck JOIN label USING (file) WHERE device = ?"
-            " ORDER BY checked, file",
+            " ORDER BY checked, length(file), file",
             (device,),
         ):
             path = self.folder / os.fsdecode(file)

@@ -212,7 +212,7 @@ def _add_session(connection: sqlite3.Connection, name: bytes, path: Path) -> boo
             info.holds,
             info.problem,
             info.busy,
-            json.dumps(info.description.told()),
+            json.dumps(info.description.stated()),
         ),
     )
     about = info.description
@@ -358,7 +358,7 @@ def _list_devices(connection: sqlite3.Connection) -> None:
     connection.execute("DELETE FROM device")
     rows = connection.execute(
         "SELECT file, name, serial, chip, format FROM label WHERE name || serial != ''"
-        " ORDER BY time, file"
+        " ORDER BY time, length(file), file"
     ).fetchall()
     serials: dict[str, set[str]] = {}
     for _, name, serial, *_ in rows:

@@ -295,15 +295,12 @@ class WizardServices:
         )
         if self._options.location is not None:
             made = located(made, self._options.location)
-        left_out = [] if self._options.force else list(made.unusable)
-        made = made if self._options.force else made.usable_part()
         path, history = self._written(made, place or self._options.save)
-        without = f" without the {' and the '.join(left_out)}" if left_out else ""
         said = summary(report, diagnoses, self._options.limits)
         measured = next(iter(self._measured), None)
         last = last_line(self.grades(report, diagnoses), report, path, measured)
         undone = [self.sources.undone] if self.sources.undone else []
-        return Saved(path, (said, *undone, f"saved: {path}{without}", *history, last), report)
+        return Saved(path, (said, *undone, *history, last), report)
 
     def grades(
         self, report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
@@ -317,17 +314,22 @@ class WizardServices:
         """Write it under the given name, else under a free one; an equal file is kept.
 
         Returns:
-            The file, and what to know of the device's history.
+            The file, and what was saved and what to know of the device's history, in lines.
+
+        Raises:
+            DataError: no sensor's calibration is usable.
         """
         from imucal_wizard.report.calibration_file import says_the_same
-        from imucal_wizard.report.device_history import save_in_history
+        from imucal_wizard.report.device_history import save_in_history, saved_text
 
+        force = self._options.force
+        kept = made if force else made.usable_part()
         for path in numbered_names(self._first_name()) if given is None else (given,):
-            if given is None and says_the_same(path, made):
-                return path, ()
-            if not path.exists() or says_the_same(path, made, described=False):
+            if given is None and says_the_same(path, kept):
+                return path, [saved_text(made, path, force=force)]
+            if not path.exists() or says_the_same(path, kept, described=False):
                 break  # another name of the device is no other calibration
-        return path, save_in_history(made, path, self.sources.directory(), force=True)
+        return path, save_in_history(made, path, self.sources.directory(), force=force)
 
     def _first_name(self) -> Path:
         """The name for the calibration if no other file has it."""
@@ -371,7 +373,8 @@ class WizardServices:
         document = recheck_document(found, path.name, None if kept is None else session_info(kept))
         if self._options.document is not None:
             write_atomically(Path(self._options.document), encode_json(document))
-        history = kept_recheck(known.calibration, document, self.sources.directory())
+        folder, checked = self.sources.directory(), self.sources.description
+        history = kept_recheck(known, found, document, folder, checked)
         undone = [self.sources.undone] if self.sources.undone else []
         says = recheck_text(found, known.calibration), *undone, *history
         return found, known.calibration, Saved(path, says, status=int(found.verdict != "go"))

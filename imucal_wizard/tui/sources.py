@@ -317,7 +317,7 @@ class SourceOpener:
         from imucal_wizard.sessions import new_session_path
 
         setup, settings = stream_setup(self._options), self._settings()
-        about = about | {"description": self.description.told()}
+        about = about | {"description": self.description.stated()}
         planner = None if self.known is None else self.known.next_pose
         if self.known is not None and self.recheck is not None:
             chosen = self.known.settings

@@ -190,6 +190,6 @@ def test_the_bench_of_a_recording_without_accelerometer_says_so(
     """The magnetometer alone stands on it; two circles are too few for that."""
     path = write(tmp_path / "field.csv", readings()[:2000], "uT")
     assert cli.main(["bench", str(path)]) == 1
-    told = capsys.readouterr().err
-    assert "no accelerometer" in told
-    assert "do not carry the off-diagonal soft iron" in told
+    warnings = capsys.readouterr().err
+    assert "no accelerometer" in warnings
+    assert "do not carry the off-diagonal soft iron" in warnings

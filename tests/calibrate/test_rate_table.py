@@ -166,10 +166,10 @@ def test_files_that_hold_the_same_sensor_follow_one_another(
     status = main(
         ["fit", *map(str, files), "--rates", "0,10,25", "--rate-unit", "rpm", "--save", str(place)]
     )
-    told = capsys.readouterr().out
-    assert status == 0, told
-    assert "36 steps of 60.0 °/s to 150 °/s in 9 mountings" in told
-    assert "in the gyroscope's own frame" in told
+    printed = capsys.readouterr().out
+    assert status == 0, printed
+    assert "36 steps of 60.0 °/s to 150 °/s in 9 mountings" in printed
+    assert "in the gyroscope's own frame" in printed
     for target in ("numpy", "px4"):
         export = ["export", str(place), "--to", target, "-o", str(tmp_path / target), "--json", "-"]
         assert main(export) == 0

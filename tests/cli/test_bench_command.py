@@ -256,6 +256,6 @@ def test_no_axis_is_said_to_stand_out_where_nothing_is_missing(
 ) -> None:
     arguments = ["bench", str(recording), "--add", "second-order", "--guess", "asymmetry:x:+"]
     assert cli.main(arguments) == 0
-    told = capsys.readouterr().out
-    assert "nothing is missing" in told
-    assert "stands out" not in told
+    printed = capsys.readouterr().out
+    assert "nothing is missing" in printed
+    assert "stands out" not in printed

@@ -111,9 +111,9 @@ def test_a_saved_calibration_reads_back_to_the_same_numbers(
 ) -> None:
     place = tmp_path / "calibration.json"
     assert cli.main(["fit", str(recording), "--json", "-", "--save", str(place)]) == 0
-    told = capsys.readouterr()
-    assert told.err.endswith(f"saved: {place}\n")
-    sensors = json.loads(told.out)["sensors"]
+    printed = capsys.readouterr()
+    assert printed.err.endswith(f"saved: {place}\n")
+    sensors = json.loads(printed.out)["sensors"]
     assert isinstance(sensors, dict)
     saved = load(place)
     assert saved.sensors["accelerometer"].matrix == sensors["accelerometer"]["matrix"]

@@ -72,9 +72,9 @@ def test_a_session_left_in_the_middle_counts_as_far_as_it_came(
     kept = sat(path, share=0.6).collected()
     document = fit(capsys, path)
     assert starts(document) == pytest.approx([hold.start for hold in kept.holds])
-    (told,) = [text for text in document["warnings"] if "was left in the step" in text]
-    assert "poses" in told
-    assert "read it with all samples" in told
+    (warning,) = [text for text in document["warnings"] if "was left in the step" in text]
+    assert "poses" in warning
+    assert "read it with all samples" in warning
 
 
 def test_a_session_that_kept_too_little_is_taken_as_a_recording(

@@ -10,20 +10,26 @@ import numpy as np
 import pytest
 
 from imucal_wizard.cli import main as cli
+from imucal_wizard.core.description import Description
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,
     RecheckSettings,
     recheck_collected,
+    unreadable_recheck,
 )
 from imucal_wizard.report.calibration_file import read_calibration
+from imucal_wizard.report.recheck_text import kept_recheck, recheck_document
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.sessions.catalogue import Catalogue
 from imucal_wizard.sessions.stored_readings import session_readings
 from imucal_wizard.simulate.recording import simulate_recording
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.services import WizardServices
+from imucal_wizard.tui.sources import SourceChoice, SourceKind
 
 OWN_EFFECT = """
 import numpy as np
@@ -182,7 +188,7 @@ def test_another_range_and_another_device_are_recognised(
     table[:, 1:4] *= 0.5
     np.savetxt(half, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
     status, found = run(file=half)
-    assert status == 1
+    assert (status, found["verdict"]) == (1, "insufficient")
     assert "2 times wider" in found["says"]
     other = tmp_path / "other.csv"
     simulate_recording(other, seed=12, poses="6", hold=2.5, rotations=0)
@@ -264,13 +270,71 @@ def test_readings_in_another_unit_are_refused(
     assert "calibrated in m/s^2" in capsys.readouterr().err.splitlines()[-1]
 
 
+def named(folder: Path, place: Path, device: dict[str, str]) -> Path:
+    """The calibration with a device."""
+    loose = json.loads((folder / "cal.json").read_text()) | {"device": device}
+    place.write_text(json.dumps(loose))
+    return place
+
+
+@pytest.mark.parametrize(
+    ("columns", "times", "says"),
+    [
+        (("ax", "ay", "az"), 1.0 / 9.80665, "the accelerations are in g; give g as their unit"),
+        (("gx", "gy", "gz"), 0.5, "the range set in the device is 2 times wider"),
+    ],
+)
+def test_readings_in_a_unit_or_range_that_was_stated_wrongly_are_not_judged(
+    run: Run, folder: Path, tmp_path: Path, columns: tuple[str, ...], times: float, says: str
+) -> None:
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    table[:, [names.index(column) for column in columns]] *= times
+    file = tmp_path / "wrong.csv"
+    np.savetxt(file, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    status, found = run(file=file)
+    assert (status, found["verdict"]) == (1, "insufficient")
+    assert found["says"].count(says) == 1
+    sensor = "accelerometer" if "ax" in columns else "gyroscope"
+    assert found["sensors"][sensor]["moved"] == []
+
+
+def test_what_is_no_verdict_on_the_device_is_not_kept_in_its_history(
+    folder: Path, tmp_path: Path
+) -> None:
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7"})
+    known = CalibratedDevice(read_calibration(place), RecheckSettings(datetime.now(UTC)))
+    found = unreadable_recheck(known, "the device was never at rest")
+    document, kept = recheck_document(found, place.name), tmp_path / "kept"
+    for checked, says in (
+        (Description("IMU 7"), "not kept in the history of IMU 7: nothing could be judged"),
+        (
+            Description("virtual IMU", "seed 0"),
+            "not kept in the history of IMU 7: another device was checked, virtual IMU, seed 0",
+        ),
+    ):
+        assert kept_recheck(known, found, document, kept, checked) == [says]
+    unnamed = CalibratedDevice(read_calibration(folder / "cal.json"), known.settings)
+    (said,) = kept_recheck(unnamed, found, document, kept)
+    assert said == "not kept in a history: the calibration names no device"
+    assert not kept.exists()
+
+
+def test_the_virtual_imu_is_another_device(folder: Path, tmp_path: Path) -> None:
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7", "serial": "77"})
+    services = WizardServices(WizardOptions(sessions=tmp_path / "kept", recheck=place))
+    source = services.open_source(SourceChoice(SourceKind.VIRTUAL))
+    source.start()
+    source.stop()
+    assert services.sources.known is not None
+    assert not services.sources.known.is_of(services.description)
+
+
 def test_the_verdict_is_kept_in_the_history_of_the_device(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    loose = json.loads((folder / "cal.json").read_text())
-    loose["device"] = {"name": "IMU 7", "serial": None}
-    place = tmp_path / "named.json"
-    place.write_text(json.dumps(loose))
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7"})
     words = [str(place), str(folder / "today.csv"), "--sessions", str(tmp_path / "kept")]
     assert cli.main(["recheck", *words]) == 0
     capsys.readouterr()
@@ -300,9 +364,8 @@ def test_a_session_is_judged_by_the_holds_that_the_wizard_kept(
     readings = session_readings(path, kept.holds)
     args = kept, snapshot.stream, snapshot.status.elapsed, readings
     on_screen = recheck_collected(known, *args).sensors
-    loose = json.loads((folder / "cal.json").read_text()) | {"device": {"name": "IMU 7"}}
-    (folder / "named.json").write_text(json.dumps(loose))
-    command = ["recheck", str(folder / "named.json"), str(path), "--sessions", str(path.parent)]
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7"})
+    command = ["recheck", str(place), str(path), "--sessions", str(path.parent)]
     for _ in range(2):
         assert cli.main([*command, "--json", "-"]) == 0
         found = json.loads(capsys.readouterr().out)
@@ -319,10 +382,8 @@ def test_a_session_is_judged_by_the_holds_that_the_wizard_kept(
 def test_a_session_of_another_device_is_refused(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    loose = json.loads((folder / "cal.json").read_text())
-    loose["device"] = {"name": "IMU 7", "serial": "5F3A"}
-    place, path = tmp_path / "named.json", tmp_path / "a.imucal"
-    place.write_text(json.dumps(loose))
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7", "serial": "5F3A"})
+    path = tmp_path / "a.imucal"
     Session.create(path, {"source": "port", "description": {"serial": "77AB"}}).close()
     assert cli.main(["recheck", str(place), str(path)]) == 2
     assert "of the device 5F3A, and these readings are of 77AB" in capsys.readouterr().err

@@ -43,8 +43,8 @@ def test_the_sessions_are_listed_with_device_step_holds_and_verdict(
     assert cli.main(["sessions", "--sessions", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert max(map(len, lines[:4])) <= 80
-    (told,) = [line for line in lines if line.startswith("2033-05-18_033320")]
-    assert told.split()[-4:] == ["Save", "0", "DOUBTFUL", "arm"]
+    (row,) = [line for line in lines if line.startswith("2033-05-18_033320")]
+    assert row.split()[-4:] == ["Save", "0", "DOUBTFUL", "arm"]
 
 
 def test_a_session_is_found_by_the_name_in_the_list(tmp_path: Path) -> None:

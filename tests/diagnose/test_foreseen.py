@@ -13,7 +13,7 @@ from benchmarks.sizes import (
     SEEN,
     Threshold,
     enclosed,
-    told_over_found,
+    reported_over_found,
 )
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
@@ -56,7 +56,7 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, deviate: float) ->
             return met(known.frame.across @ (factor * shown + each))
 
         found.append(Threshold("", *enclosed(at)))
-    _, low, high = told_over_found(found, deviate)
+    _, low, high = reported_over_found(found, deviate)
     return low < RIGHT_SIZE and high > 1.0 / RIGHT_SIZE
 
 

@@ -212,9 +212,9 @@ def test_other_sensors_have_curves_of_their_own(
     found, fresh, right = hidden_in(sensor, plan, what, 1, number)
     assert offered(found) == [right]
     findings = found.look()
-    told = Diagnosis(sensor, findings.opinion.verdict, bench=found, findings=findings)
-    assert words in verdict_text(told)
-    assert f"suspect-{right}" in {view.name for view in pictures(told)}
+    diagnosis = Diagnosis(sensor, findings.opinion.verdict, bench=found, findings=findings)
+    assert words in verdict_text(diagnosis)
+    assert f"suspect-{right}" in {view.name for view in pictures(diagnosis)}
     before = fresh.error(found)
     assert found.add(right).confirmed
     assert fresh.error(found) < 0.5 * before

@@ -210,8 +210,8 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     made = Benches(fit_readings(counts), counts)
     bench = field_bench(made, anew=False)
     bench.add("current")
-    told = diagnosis_of(made, bench).says
-    assert "which of them are usual rests on a field of 50 µT" in told
+    says = diagnosis_of(made, bench).says
+    assert "which of them are usual rests on a field of 50 µT" in says
     found = next(p for p in bench.fit.parameters if p.name == "current_x")
     assert found.unit == "count/A"
     assert found.value == pytest.approx(3.0, rel=0.05)

@@ -81,7 +81,7 @@ def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(
     (asked,) = requests
     assert f"from {gain.after:.2g} instead of {gain.before:.2g}" in asked.why
     assert (asked.axis, asked.turns) == ("x", 6)
-    told = verdict_text(
+    text = verdict_text(
         Diagnosis(
             "gyroscope",
             Verdict.AMBIGUOUS,
@@ -91,7 +91,7 @@ def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(
             findings=open_,
         )
     )
-    assert "6 more rotations" in told
+    assert "6 more rotations" in text
 
 
 def test_where_rotations_do_not_fit_the_worst_ones_are_asked_for_again(

@@ -13,7 +13,7 @@ from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.scenarios import Scenario, bent, single, two, usual
 from benchmarks.hidden.table import outcome
 from benchmarks.hidden.trialled import chances_of, try_out
-from benchmarks.sizes import DEVIATES, RIGHT_SIZE, Asked, thresholds, told_over_found
+from benchmarks.sizes import DEVIATES, RIGHT_SIZE, Asked, reported_over_found, thresholds
 from imucal_wizard.model.effect import ACCELEROMETER
 
 pytestmark = pytest.mark.study
@@ -65,7 +65,7 @@ def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) 
     asked = Asked(ACCELEROMETER, plan.name, "consumer")
     found = [one for number in range(12) for one in thresholds(asked, term, 5, number)]
     for what, deviate in DEVIATES.items():
-        _, low, high = told_over_found([one for one in found if one.what == what], deviate)
+        _, low, high = reported_over_found([one for one in found if one.what == what], deviate)
         assert low < RIGHT_SIZE
         assert high > 1.0 / RIGHT_SIZE
 

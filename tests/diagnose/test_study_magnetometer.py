@@ -16,7 +16,7 @@ from benchmarks.hidden_field.recording import Colour
 from benchmarks.hidden_field.scenarios import EFFECTS, Scenario, rows, single
 from benchmarks.hidden_field.sessions import REPEATED
 from benchmarks.hidden_field.trialled import Quiet, quiet, try_out
-from benchmarks.sizes import Asked, said, told
+from benchmarks.sizes import Asked, reported_sizes, said
 from imucal_wizard.model.effect import MAGNETOMETER
 
 pytestmark = pytest.mark.study
@@ -67,7 +67,7 @@ def test_a_drift_of_the_size_told_is_seen_in_other_recordings() -> None:
     """Told for 95 of 100; sizes by the wander of one recording alone were seen in 72 of 100."""
     asked, seen = Asked(MAGNETOMETER, "18", ""), 0
     for seed in range(98_001, 98_013):
-        sizes = told(asked, "bias-drift", seed)
+        sizes = reported_sizes(asked, "bias-drift", seed)
         assert sizes is not None
         rng = np.random.default_rng([seed, 1])
         hidden = hidden_in(MAGNETOMETER, "bias-drift", 1.0, sizes.seen, rng)

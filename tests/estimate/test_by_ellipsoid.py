@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.estimate.accelerometer import fit_accelerometer
+from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.methods.offset import fit_offset
 from imucal_wizard.simulate.scripts import TILTED_POSES
 from tests.estimate.truth import (

@@ -6,10 +6,10 @@ from scipy.stats import chi2, norm
 
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.hold_search import judge
+from imucal_wizard.estimate.inertial import fit_accelerometer
 from tests.estimate.motions import experiment, hand_turns
 from tests.estimate.truth import (
     EIGHTEEN,

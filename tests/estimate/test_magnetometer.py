@@ -255,7 +255,9 @@ def test_an_empty_side_is_said(name: str, says: bool) -> None:
     seen = {"everywhere": height > -2.0, "one half": height > -0.1, "two ends": abs(height) > 0.5}
     found = fit_magnetometer(recorded(directions[seen[name]], rng).series)
     assert found.fit.model == ("bias", "soft-iron")
-    told = [text for text in found.fit.warnings if "one side is empty" in text]
-    assert bool(told) == says
-    if told:
-        assert told[0].startswith(f"{int((found.filled > 0).sum())} of 100 directions are covered")
+    warnings = [text for text in found.fit.warnings if "one side is empty" in text]
+    assert bool(warnings) == says
+    if warnings:
+        assert warnings[0].startswith(
+            f"{int((found.filled > 0).sum())} of 100 directions are covered"
+        )

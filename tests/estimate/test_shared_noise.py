@@ -65,17 +65,19 @@ def test_neighbouring_closures_are_related_as_wrong_directions_make_them() -> No
 
     rows = source.at(truth, NO_EFFECTS)
     independent = decorrelation((source,), (rows,))
-    told = independent.scaled(independent.own(rows.own), np.eye(len(rows.own))) - np.diag(rows.own)
+    shared = independent.scaled(independent.own(rows.own), np.eye(len(rows.own))) - np.diag(
+        rows.own
+    )
     spread, right, changes = np.sqrt(source.tilts)[:, None], closed(session.up), []
     for _ in range(400):
         moved = session.up + spread * rng.standard_normal(session.up.shape)
         changes.append(closed(moved / np.linalg.norm(moved, axis=1)[:, None]) - right)
-    scale = np.sqrt(np.outer(np.diag(told), np.diag(told)))
+    scale = np.sqrt(np.outer(np.diag(shared), np.diag(shared)))
     found = np.cov(np.array(changes).T) / scale
     # 400 draws know a correlation to 0.05
-    assert np.abs(found - told / scale).max() < 0.25
+    assert np.abs(found - shared / scale).max() < 0.25
     apart = np.abs(np.subtract.outer(source.labels.index, source.labels.index)) == 1
-    assert np.abs((told / scale)[apart]).max() > 0.4
+    assert np.abs((shared / scale)[apart]).max() > 0.4
 
 
 def test_a_rotation_left_out_errs_as_a_refit_without_it() -> None:

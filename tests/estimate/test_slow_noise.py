@@ -10,9 +10,9 @@ import pytest
 from benchmarks.gyroscope_bound import DEVICES, Session, fitted
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
+from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import (
@@ -179,15 +179,15 @@ def test_rests_that_follow_one_another_tell_less_of_a_walking_bias() -> None:
     rng, spans = np.random.default_rng(3), _regular(40)
     seconds = np.arange(198.0)
     inside = (seconds >= spans[:, :1]) & (seconds + 1.0 <= spans[:, 1:])
-    first, off, told = (np.arange(40) < 10) / 10.0, [], []
+    first, off, predicted = (np.arange(40) < 10) / 10.0, [], []
     for _ in range(200):
         walk = np.cumsum(rng.standard_normal((198, 3)), axis=0)
         means = inside @ walk / 3.0
         rests = [hold(np.zeros(3), 5.0 * k, 3.0, gyroscope=one) for k, one in enumerate(means)]
         off.append(first @ means - walk.mean(axis=0))
-        told.append(slow_rate(rests, first) + 0.1 * means.var(axis=0, ddof=1))
+        predicted.append(slow_rate(rests, first) + 0.1 * means.var(axis=0, ddof=1))
         assert (slow_rate(rests) < 0.01 * means.var(axis=0)).all()
-    assert np.mean(told) == pytest.approx(np.mean(np.square(off)), rel=0.3)
+    assert np.mean(predicted) == pytest.approx(np.mean(np.square(off)), rel=0.3)
 
 
 @pytest.mark.study

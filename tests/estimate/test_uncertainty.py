@@ -12,8 +12,8 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate import slow_noise
-from imucal_wizard.estimate.accelerometer import fit_accelerometer
 from imucal_wizard.estimate.distributions import quantile
+from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import (
     full_parameters,
     triangular_parameters,

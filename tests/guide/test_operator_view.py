@@ -63,13 +63,13 @@ def test_tipping_it_as_told_brings_the_wanted_pose_up(pose: str) -> None:
     aim = NAMED[pose]
     for attitude in starts():
         asked = Status(step=StepKind.POSES, act=Act.POSE, aim=tuple(aim.tolist()))
-        told = shown(attitude, asked)
-        away = told.off_by
+        status = shown(attitude, asked)
+        away = status.off_by
         assert away is not None
         if away < 5.0:
             continue
-        found = re.fullmatch(r"(\d+)° away: tip it (.+)", told.guidance)
-        assert found is not None, told.guidance
+        found = re.fullmatch(r"(\d+)° away: tip it (.+)", status.guidance)
+        assert found is not None, status.guidance
         assert float(found[1]) == pytest.approx(away, abs=0.51)
         axis = said_axis(found[2])
 
@@ -95,9 +95,9 @@ def test_a_rotation_about_a_body_axis_is_told_as_the_operator_sees_it(
         if abs(level[2]) > 0.4:
             continue
         rotation = RotationStatus(axis, "+z", wanted_angle=sense * 120.0)
-        told = shown(attitude, Status(step=StepKind.ROTATIONS, act=Act.ROTATE, rotation=rotation))
-        found = re.fullmatch(r"tip it (.+), 120°, medium", told.guidance)
-        assert found is not None, told.guidance
+        status = shown(attitude, Status(step=StepKind.ROTATIONS, act=Act.ROTATE, rotation=rotation))
+        found = re.fullmatch(r"tip it (.+), 120°, medium", status.guidance)
+        assert found is not None, status.guidance
         rate = attitude.T @ said_axis(found[1])
         assert sense * rate @ body > 0.8
 
@@ -111,13 +111,13 @@ def test_the_arrow_points_where_the_words_say() -> None:
     """The head of the arrow over the cube lies on the side to which the top is tipped."""
     for attitude in starts():
         asked = Status(step=StepKind.POSES, act=Act.POSE, aim=(0.0, 0.6, -0.8))
-        told = shown(attitude, asked)
-        if told.turn is None or told.turn.angle < 0.05:
+        status = shown(attitude, asked)
+        if status.turn is None or status.turn.angle < 0.05:
             continue
-        rows = cube_rows(matrix_of(attitude.tolist()), 60, 30, "", told.turn)
+        rows = cube_rows(matrix_of(attitude.tolist()), 60, 30, "", status.turn)
         (head,) = [sign for row in rows for sign in row if sign in ARROW_HEADS]
         angle = np.radians(45.0 * ARROW_HEADS.index(head))
-        across = np.cross(told.turn.axis, UP)
+        across = np.cross(status.turn.axis, UP)
         eye = np.array([across @ RIGHT, across @ HIGHER])
         if np.linalg.norm(eye) > 0.1:
             assert np.array([np.cos(angle), np.sin(angle)]) @ eye > 0.0

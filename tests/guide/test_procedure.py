@@ -44,8 +44,8 @@ def test_what_was_left_out_is_told_at_the_end() -> None:
     device = Device()
     machine = machine_at(StepKind.POSES, device)
     machine.command("skip")
-    told = texts(machine.command("skip"), EventKind.FINISHED)
-    assert told == ["Measured except Up/down, Poses, Rotations."]
+    messages = texts(machine.command("skip"), EventKind.FINISHED)
+    assert messages == ["Measured except Up/down, Poses, Rotations."]
 
 
 def test_a_recording_gives_no_instructions() -> None:

@@ -165,5 +165,5 @@ def test_the_lesson_of_an_own_effect_is_in_its_authors_words(tmp_path: Path) -> 
     assert lesson(own, "accelerometer").what == "The fourth power of the force."
     (tmp_path / "silent").mkdir()
     silent = PLAIN.replace('    """The fourth power of the force."""\n', "")
-    told = lesson(load_effect(_file(tmp_path / "silent", silent)), "accelerometer").what
-    assert told == "Its author gives no description: fourth-order non-linearity."
+    text = lesson(load_effect(_file(tmp_path / "silent", silent)), "accelerometer").what
+    assert text == "Its author gives no description: fourth-order non-linearity."

@@ -73,9 +73,9 @@ def test_coefficients_are_named_as_typed_with_a_prior_as_wide_as_a_consumer_part
 def test_a_formula_is_told_like_a_lesson_and_says_what_it_lacks() -> None:
     """Its own text, what it depends on, what must vary."""
     typed = FormulaEffect("k*T*a", "accelerometer")
-    told = lesson(typed, "accelerometer")
-    assert told.equation == "k*T*a"
-    assert "temperature minus the session's mean" in told.signature
+    explained = lesson(typed, "accelerometer")
+    assert explained.equation == "k*T*a"
+    assert "temperature minus the session's mean" in explained.signature
     cold = session_poses().select(slice(0, 4))
     assert "only one temperature" in (typed.lacking("accelerometer", cold) or "")
     assert typed.lacking("accelerometer", session_poses()) is None

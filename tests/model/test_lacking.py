@@ -40,26 +40,26 @@ def still_life() -> Circumstances:
 )
 def test_what_does_not_vary_is_named(sensor: str, name: str, says: str) -> None:
     """With what to do about it."""
-    told = effect(name).lacking(sensor, still_life())
-    assert told is not None
-    assert says in told
+    reason = effect(name).lacking(sensor, still_life())
+    assert reason is not None
+    assert says in reason
 
 
 def test_without_a_thermometer_nothing_follows_the_temperature() -> None:
     """The message asks for the chip's temperature."""
     c = replace(session_poses(), temperature=np.full(len(session_poses()), np.nan))
-    told = effect("bias-temperature").lacking("accelerometer", c)
-    assert told is not None
-    assert "no temperature was recorded" in told
+    reason = effect("bias-temperature").lacking("accelerometer", c)
+    assert reason is not None
+    assert "no temperature was recorded" in reason
 
 
 def test_turns_in_one_sense_hide_the_even_terms() -> None:
     """A second-order term or an asymmetry is then part of the scale; a third-order term is not."""
     c = replace(session_rotations(), rate=np.abs(session_rotations().rate))
     for name in ("second-order", "asymmetry"):
-        told = effect(name).lacking("gyroscope", c)
-        assert told is not None
-        assert "one sense only" in told
+        reason = effect(name).lacking("gyroscope", c)
+        assert reason is not None
+        assert "one sense only" in reason
     assert effect("third-order").lacking("gyroscope", c) is None
     assert effect("second-order").lacking("accelerometer", c) is None
 
@@ -68,13 +68,13 @@ def test_one_pose_shows_no_dependence_on_gravity() -> None:
     """Neither g-sensitivity nor the turning Earth."""
     up = np.tile([0.0, 0.0, 1.0], (5, 1))
     for name in ("g-sensitivity", "g2-sensitivity", "earth-rate"):
-        told = effect(name).lacking("gyroscope", at_rest(up))
-        assert told is not None
-        assert "one side only" in told
+        reason = effect(name).lacking("gyroscope", at_rest(up))
+        assert reason is not None
+        assert "one side only" in reason
 
 
 def test_a_step_needs_three_holds_on_either_side() -> None:
     """Five holds are too few."""
-    told = effect("bias-step").lacking("accelerometer", at_rest(full_sphere(5)))
-    assert told is not None
-    assert "only 5 holds" in told
+    reason = effect("bias-step").lacking("accelerometer", at_rest(full_sphere(5)))
+    assert reason is not None
+    assert "only 5 holds" in reason

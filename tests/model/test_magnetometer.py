@@ -81,10 +81,10 @@ def test_every_effect_has_its_lesson_with_sizes_and_the_cost_in_degrees_of_headi
     known: object,
 ) -> None:
     own = next(one for one in effects_for(MAGNETOMETER) if one is known)
-    told = lesson(own, MAGNETOMETER)
-    assert "consumer" in told.sizes
-    assert "the heading wrong by" in told.cost
-    assert min(len(told.what), len(told.signature), len(told.needs)) > 60
+    explained = lesson(own, MAGNETOMETER)
+    assert "consumer" in explained.sizes
+    assert "the heading wrong by" in explained.cost
+    assert min(len(explained.what), len(explained.signature), len(explained.needs)) > 60
     assert len(np.unique(picture(own, MAGNETOMETER).x)) > 3
 
 
@@ -102,8 +102,8 @@ def test_every_effect_has_its_lesson_with_sizes_and_the_cost_in_degrees_of_headi
     ],
 )
 def test_what_the_data_lack_is_told(name: str, change: dict[str, np.ndarray], says: str) -> None:
-    told = effect(name).lacking(MAGNETOMETER, replace(session_poses(), **change))  # type: ignore[arg-type] # one field at a time
-    assert says in (told or "")
+    reason = effect(name).lacking(MAGNETOMETER, replace(session_poses(), **change))  # type: ignore[arg-type] # one field at a time
+    assert says in (reason or "")
 
 
 def test_a_formula_may_depend_on_field_and_current() -> None:

@@ -64,8 +64,8 @@ def test_what_is_lacking_is_a_sentence_or_nothing(
     effect: Effect, sensor: str, c: Circumstances
 ) -> None:
     """No data make it fail."""
-    told = effect.lacking(sensor, c)
-    assert told is None or len(told) > 10
+    reason = effect.lacking(sensor, c)
+    assert reason is None or len(reason) > 10
 
 
 def neutral() -> Circumstances:
@@ -112,13 +112,20 @@ def test_an_effect_says_what_a_screen_and_a_prior_need(effect: Effect, sensor: s
 @each
 def test_every_lesson_is_told_in_full(effect: Effect, sensor: str) -> None:
     """Each part is a text of its own; sizes carry the unit, the cost a number of degrees."""
-    told = lesson(effect, sensor)
-    parts = [told.what, told.equation, told.signature, told.sizes, told.needs, told.cost]
-    parts += [told.remedy, told.confirm, told.source]
+    explained = lesson(effect, sensor)
+    parts = [
+        explained.what,
+        explained.equation,
+        explained.signature,
+        explained.sizes,
+        explained.needs,
+        explained.cost,
+    ]
+    parts += [explained.remedy, explained.confirm, explained.source]
     assert all(len(part) > 20 for part in parts)
     assert len(set(parts)) == len(parts)
-    assert effect.parameters(sensor)[0].unit in told.sizes
-    assert "°" in told.cost
+    assert effect.parameters(sensor)[0].unit in explained.sizes
+    assert "°" in explained.cost
     assert "nan" not in " ".join(parts).replace("°", " ").split()
 
 

@@ -167,9 +167,9 @@ def test_a_port_is_measured_live(
     assert main(["noise", "--port", pty.path, "--seconds", "80", "--json", str(place)]) == 0
     axes = json.loads(place.read_bytes())["sensors"]["accelerometer"]["axes"]
     assert axes["y"]["white"] == pytest.approx(TRUE_WHITE, rel=0.05)
-    told = capsys.readouterr().err
-    assert "τ 100 s in" in told
-    assert "τ 1 s known" in told
+    printed = capsys.readouterr().err
+    assert "τ 100 s in" in printed
+    assert "τ 1 s known" in printed
 
 
 def test_kalibr_takes_the_measured_noise(

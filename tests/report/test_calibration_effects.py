@@ -90,9 +90,9 @@ def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path:
     saved = load(written(benches, tmp_path / "c.json")).sensors["accelerometer"]
     with pytest.raises(UsageError, match="bias-temperature depends on the temperature"):
         saved.apply(means(bench))
-    told = saved.apply(means(bench), bench.measured.circumstances)
+    corrected = saved.apply(means(bench), bench.measured.circumstances)
     np.testing.assert_allclose(
-        told, bench.fit.correct(means(bench), bench.measured.circumstances), rtol=0, atol=1e-12
+        corrected, bench.fit.correct(means(bench), bench.measured.circumstances), rtol=0, atol=1e-12
     )
 
 

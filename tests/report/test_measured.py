@@ -96,8 +96,8 @@ def test_the_covariance_of_the_parameters_has_their_standard_errors(tmp_path: Pa
     for sensor in made.sensors.values():
         assert sensor.parameter_covariance is not None
         covariance = np.array(sensor.parameter_covariance)
-        told = [one.standard_error or 0.0 for one in sensor.parameters.values()]
-        np.testing.assert_allclose(np.sqrt(np.diag(covariance)), told, rtol=1e-9)
+        errors = [one.standard_error or 0.0 for one in sensor.parameters.values()]
+        np.testing.assert_allclose(np.sqrt(np.diag(covariance)), errors, rtol=1e-9)
         assert np.linalg.eigvalsh(covariance)[0] > -1e-12 * np.trace(covariance)
     names = list(made["accelerometer"].parameters)
     i, j = names.index("bias_x"), names.index("second-order_x")

@@ -84,7 +84,7 @@ def performed(data: bytes) -> Engine:
     return made
 
 
-def told(made: Engine) -> str:
+def warnings_of(made: Engine) -> str:
     """The warnings of the fit, in which the accelerometer and no magnetometer must be."""
     report = fit_stream(made.collected(), made.snapshot().stream, FitOptions())
     assert set(report.sensors) >= {"accelerometer"}
@@ -116,7 +116,7 @@ CASES: dict[str, tuple[Spoil, float, str]] = {
 @pytest.mark.parametrize("name", CASES)
 def test_insufficient_field_data_are_refused_and_leave_the_rest_intact(name: str) -> None:
     spoil, seconds, says = CASES[name]
-    assert says in told(performed(spoilt(spoil, seconds)))
+    assert says in warnings_of(performed(spoilt(spoil, seconds)))
 
 
 def test_a_magnetometer_that_falls_silent_is_missed_at_once() -> None:

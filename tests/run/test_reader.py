@@ -144,9 +144,9 @@ def test_what_was_measured_before_is_there_before_the_port_is_read(
 
 
 def test_the_share_that_is_read_again_is_shown_and_a_stop_ends_it(pty: Pty, run: Run) -> None:
-    def prepare(_: Engine, told: Callable[[float], None]) -> float:
+    def prepare(_: Engine, progress: Callable[[float], None]) -> float:
         while True:  # until what it tells ends it
-            told(0.374)
+            progress(0.374)
 
     reader = run(Reader(Pump(Transport(pty.path)), Engine(), prepare=prepare))
     wait_for(lambda: "37% done" in reader.snapshot().stream.problem)

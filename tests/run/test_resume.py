@@ -108,12 +108,12 @@ def test_an_interrupted_replay_closes_the_session(tmp_path: Path) -> None:
         live.receive(b"1,2,3\n", 0.01 * number)
     live.journal.close()
 
-    def told(share: float) -> None:
+    def progress(share: float) -> None:
         raise KeyError(share)
 
     resumed = resume_session(path)
     with pytest.raises(KeyError):
-        resumed.prepare(resumed.engine, told)
+        resumed.prepare(resumed.engine, progress)
     Session.open(path).close()
 
 

@@ -185,7 +185,7 @@ def test_an_exercise_and_its_answer_are_told_to_scripts(
 ) -> None:
     """One JSON document and nothing else; an exercise names no effect, its answer does."""
 
-    def told(*argv: str) -> dict[str, Any]:
+    def document_of(*argv: str) -> dict[str, Any]:
         assert cli.main(["simulate", *argv, "--json", "-"]) == 0
         document: dict[str, Any] = json.loads(capsys.readouterr().out)
         assert document.pop("schema") == "imucal-wizard/simulate/1"
@@ -193,12 +193,12 @@ def test_an_exercise_and_its_answer_are_told_to_scripts(
 
     plain, secret = tmp_path / "plain.csv", tmp_path / "secret.csv"
     size = {"term": "second-order", "axes": "x", "size": 3.0, "unit": "mg/g²"}
-    assert told(str(plain), "--hidden", "second-order:3:x", "--poses", "6") == {
+    assert document_of(str(plain), "--hidden", "second-order:3:x", "--poses", "6") == {
         "recording": str(plain),
         "seed": 0,
         "hidden": [{"sensor": "accelerometer", **size}],
     }
-    made = told(str(secret), "--mystery", "--key", "gimbal", "--poses", "6")
+    made = document_of(str(secret), "--mystery", "--key", "gimbal", "--poses", "6")
     assert made == {
         "recording": str(secret),
         "answer": str(secret.with_suffix(".mystery")),
@@ -206,7 +206,7 @@ def test_an_exercise_and_its_answer_are_told_to_scripts(
     }
     truth = reveal(exercise, "gimbal")
     name = f"{truth.sensor}/{truth.term}:{truth.letters}"
-    opened = told("--reveal", str(exercise), "--key", "gimbal", "--guess", name)
+    opened = document_of("--reveal", str(exercise), "--key", "gimbal", "--guess", name)
     assert opened["truth"]["size"] == truth.size
     assert opened["guess"]["outcome"] == "right"
 

@@ -53,6 +53,6 @@ def _commands(terminal: Terminal) -> None:
     terminal.wait_for("+X taken, 1 of 6")  # where it lies, it is measured anew
     terminal.press("s")
     terminal.wait_for("no start values")
-    terminal.press("s")
+    terminal.press("\r")
     terminal.wait_for("▸18 POSES")
     terminal.wait_for("–Up/down")

@@ -29,7 +29,7 @@ from imucal_wizard.guide.state import (
     Status,
     StillStatus,
 )
-from imucal_wizard.measurement.holds import Collected, Hold
+from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import Exported, ExportErrors, ExportTarget, targets
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
@@ -56,19 +56,19 @@ _NAMES = [*FACES, *EDGES]
 
 @dataclass
 class FakeHand:
-    """Notes what it is told."""
+    """Notes the commands that it gets."""
 
     trembling: bool = False
     following: bool = False
-    told: list[tuple[str, object]] = field(default_factory=list)
+    commands: list[tuple[str, object]] = field(default_factory=list)
 
     def turn(self, axis: str, degrees: float) -> None:
         """A turn."""
-        self.told.append((axis, degrees))
+        self.commands.append((axis, degrees))
 
     def snap_to(self, target: str) -> None:
         """A pose."""
-        self.told.append(("snap", target))
+        self.commands.append(("snap", target))
 
     def tremble(self, on: bool) -> None:
         """Held, or laid down."""
@@ -76,7 +76,7 @@ class FakeHand:
 
     def pass_steel(self) -> None:
         """Steel."""
-        self.told.append(("steel", ""))
+        self.commands.append(("steel", ""))
 
 
 class FakeSource:
@@ -272,43 +272,61 @@ def hold(pose: str = "+x", scale: float = 1.0) -> Hold:
     return Hold(0.0, 2.0, mean, np.eye(3) * 1e-8, np.zeros(3), np.eye(3) * 1e-10, 200, 24.6, pose)
 
 
+LEFT, CLOSURE = 0.00108, 0.0091
+"""Rms error of the fitted holds, m/s², and rotations, rad."""
+RATE_SCALE, RATE_BIAS = 0.9752, 0.0101
+
+
+def rotation(axis: str, sense: float, holds: Sequence[Hold]) -> Rotation:
+    """A second of 90 °/s about a body axis, and ``CLOSURE`` more, between two of these holds."""
+    third = "xyz".index(axis)
+    ends = [f"+{'xyz'[(third + 2) % 3]}", f"+{'xyz'[(third + 1) % 3]}"][:: int(sense)]
+    before, after = (next(one for one in holds if one.pose == name) for name in ends)
+    time = np.linspace(0.0, 1.0, 101)
+    rate = np.full((101, 3), RATE_BIAS)
+    rate[:, third] += sense * (np.pi / 2.0 + CLOSURE) / RATE_SCALE
+    return Rotation(before, after, time, rate, axis)
+
+
 def report(validated: bool = False) -> FitReport:
-    """A fit with something missing in the gyroscope."""
-    rng = np.random.default_rng(1)
+    """A fit with something missing in the gyroscope: each figure follows from the others."""
     eye, bias = np.eye(3), np.array([0.1, -0.2, 0.05])
     holds = [hold(name) for name in (*FACES, *FACES, *EDGES)]
-    for place, one in enumerate(holds):  # they leave the fitted error
-        mean = 0.991 * one.accelerometer * (1.0 + (-1) ** place * 0.00108 / GRAVITY) + bias
-        holds[place] = replace(one, accelerometer=mean)
+    left = LEFT * np.resize([1.0, -1.0], len(holds))
+    for place, one in enumerate(holds):
+        mean = 0.991 * one.accelerometer * (1.0 + left[place] / GRAVITY) + bias
+        start = 5.0 * place
+        holds[place] = replace(one, start=start, end=start + 2.0, accelerometer=mean)
     accelerometer = SensorFit(
         "accelerometer", ("bias", "scale", "non-orthogonality"), "least_squares", "own",
         eye / 0.991, bias, "m/s^2",
         (
             Parameter("bias_x", 0.1, 0.0004, "m/s^2", True, 0.0006),
             Parameter("sensitivity_x", 0.991, 0.00005, ""),
-            Parameter("non_orthogonality_xy", 0.012, 0.00007, "rad"),
-            Parameter("non_orthogonality_yz", 0.0, None, "rad", carried=False),
+            Parameter("theta_yz", 0.0, 0.00007, "rad"),
+            Parameter("theta_zy", 0.0, None, "rad", carried=False),
         ),
-        "m/s^2", 0.308, 0.00108, 0.00157, 0.0009, rng.normal(0, 0.001, 24),
-        validation_rms=0.0019 if validated else None,
+        "m/s^2", 0.308, LEFT, 0.00157, 0.0009, left,
+        validation_rms=0.00187 if validated else None,
         validation=(0.001, -0.003, 0.0012, -0.0016) if validated else (),
     )  # fmt: skip
+    rotations = tuple(rotation(axis, sense, holds) for axis in "xyz" for sense in (1.0, -1.0) * 3)
     gyroscope = SensorFit(
         "gyroscope", ("bias", "scale", "non-orthogonality"), "vector", "accelerometer",
-        eye, np.array([0.01, 0.0, 0.0]), "rad/s",
-        (Parameter("bias_x", 0.01, 0.0001, "rad/s"),),
-        "rad", 0.0838, 0.0091, 0.0108, 0.0018, rng.normal(0, 0.009, 18),
+        RATE_SCALE * eye, np.full(3, RATE_BIAS), "rad/s",
+        (Parameter("bias_x", RATE_BIAS, 0.0001, "rad/s"),),
+        "rad", 0.0838, CLOSURE, 0.0108, 0.0018, np.full(18, CLOSURE),
     )  # fmt: skip
     comparison = tuple(
         AxisComparison(axis, 6, 0.0101, 0.975, 0.004, 0.0102, 0.0003, 0.976, 0.002,
-                       0.0101, 0.9752, 0.0006)
+                       RATE_BIAS, RATE_SCALE, 0.0006)
         for axis in "xyz"
     )  # fmt: skip
     return FitReport(
         GRAVITY,
         {"accelerometer": 100.0, "gyroscope": 100.0},
         tuple(holds),
-        (),
+        rotations,
         {"accelerometer": accelerometer, "gyroscope": gyroscope},
         comparison,
         warnings=("the stream lost 3 samples",),
@@ -330,8 +348,8 @@ def exported() -> Exported:
     lost = ("the gyroscope",)
     errors = {"accelerometer": ExportErrors(0.3, 0.001, 0.001, "m/s^2")}
     path = Path("a.yaml")
-    told = ("ros-imu-calib", path, "a = SM · (b − y)", lost, 0.3, 0.001, 0.001)
-    return Exported(*told, files=(path,), sensors=errors)
+    fields = ("ros-imu-calib", path, "a = SM · (b − y)", lost, 0.3, 0.001, 0.001)
+    return Exported(*fields, files=(path,), sensors=errors)
 
 
 def unreachable(*_: object) -> NoReturn:

@@ -32,7 +32,7 @@ def held_out(bench: Bench) -> str:
 def noise(bench: Bench) -> str:
     """The noise of the force along x as the fit has it, in the words of the legend."""
     view = next(one for one in views_of(bench.fit) if one.x_label == "force along x, g")
-    return f"▒ noise ±{number(view.floor or 0.0, 2)} mg"
+    return f"▒ noise of each point ±{number(view.band or 0.0, 2)} mg"
 
 
 @SIZES

@@ -168,9 +168,9 @@ def refusals() -> dict[str, Callable[[], object]]:
 
 @pytest.mark.parametrize("words", refusals())
 async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str) -> None:
-    with pytest.raises(DataError, match=words) as told:
+    with pytest.raises(DataError, match=words) as refused:
         refusals()[words]()
-    trouble, way = str(told.value), "88° away: tip it away from you"
+    trouble, way = str(refused.value), "88° away: tip it away from you"
     offers = (Offer("enough", "go on: the calibration will probably fail"),)
     shown = replace(status(replace(field(), trouble=trouble)), guidance=way, offers=offers)
     async with app_with(fakes.FakeSource(shown)).run_test(size=USUAL) as pilot:
@@ -216,7 +216,7 @@ async def test_the_step_is_skipped_only_after_its_cost_was_read() -> None:
         await shows(pilot, "▸FIELD")
         await pilot.press("s")
         await shows(pilot, "skip Field?", "no heading")
-        await pilot.press("s")
+        await pilot.press("enter")
         await until(pilot, lambda: source.commands == [("skip", "")])
         await pilot.press("r", "u")
         await until(pilot, lambda: source.commands[1:] == [("repeat", ""), ("undo", "")])
@@ -247,8 +247,8 @@ async def test_the_virtual_hand_turns_the_face_that_lies_there_and_lets_steel_pa
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "S steel passes")
         await pilot.press("space", "S")
-        await until(pilot, lambda: len(hand.told) == 2)
-        assert hand.told == [("y", 372.0), ("steel", "")]
+        await until(pilot, lambda: len(hand.commands) == 2)
+        assert hand.commands == [("y", 372.0), ("steel", "")]
 
 
 async def test_the_footer_says_whether_the_virtual_hand_is_at_work() -> None:

@@ -25,8 +25,8 @@ def test_what_is_loaded_is_not_looked_through_again() -> None:
 
 async def test_the_app_says_once_that_everything_is_loaded() -> None:
     """When the screens that need numpy have been imported behind the first one."""
-    told: list[bool] = []
-    services = replace(fakes.services(fakes.FakeSource()), loaded=lambda: told.append(True))
+    loads: list[bool] = []
+    services = replace(fakes.services(fakes.FakeSource()), loaded=lambda: loads.append(True))
     async with WizardApp(services).run_test() as pilot:
-        await until(pilot, lambda: bool(told))
-    assert told == [True]
+        await until(pilot, lambda: bool(loads))
+    assert loads == [True]

@@ -179,13 +179,13 @@ def test_residuals_far_beyond_the_noise_have_another_sign() -> None:
 
 
 def test_a_rate_in_counts_has_no_unit_of_rate_and_a_found_scale_names_its_source() -> None:
-    def told(rotation: RotationStatus) -> str:
+    def rate_row(rotation: RotationStatus) -> str:
         return "".join(text for text, _ in rotation_rows(rotation, 80)[1])
 
     counts = RotationStatus("x", "+z", 87.0, -945.0, 6476.0, unit="count")
-    assert told(counts) == " rate    −945 count, fastest 6476   scale and range not known"
+    assert rate_row(counts) == " rate    −945 count, fastest 6476   scale and range not known"
     scaled = replace(counts, rate=-7.2, fastest=49.4, unit="°/s", scaled_by=4)
-    assert "−7 °/s, fastest 49   scale from 4 rotations about x" in told(scaled)
+    assert "−7 °/s, fastest 49   scale from 4 rotations about x" in rate_row(scaled)
 
 
 def test_a_counted_axis_ends_in_whole_numbers() -> None:
@@ -241,3 +241,8 @@ def test_how_far_the_limits_are_loosened_is_readable_in_eighty_columns() -> None
     assert "limits ×21" in loose
     assert noise in loose
     assert len(loose) <= 80
+
+
+def test_a_lost_connection_is_shown_without_the_rate_that_the_stream_had() -> None:
+    lost = StreamStatus(source="virtual IMU", connected=False, rate=100.0, lost=3)
+    assert plain(stream_row(lost, "", 1.0, False, 80)).startswith(" ▲ not connected, 3 lost")

@@ -77,7 +77,7 @@ async def test_everything_is_reached_by_scrolling() -> None:
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "31.4 mg")
         await pilot.press("pagedown")
-        await shows(pilot, "nine parameters")
+        await shows(pilot, "by three methods")
         await pilot.press("pagedown")
         await shows(pilot, "0.97520 ±0.00060")
         await pilot.press("end")
@@ -232,14 +232,14 @@ def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:
     head = next(row for row in rows if "held out" in row)
     sensor = next(row for row in rows if row.startswith("accelerometer |a|"))
     assert "new poses" in head
-    assert "0.194 mg" in sensor
+    assert "0.191 mg" in sensor
     assert any("residuals of the new poses  0.10  −0.31  0.12  −0.16 mg" in row for row in rows)
 
 
 @pytest.mark.parametrize("width", [76, 150])
 def test_no_row_of_the_summary_is_wider_than_the_page(width: int) -> None:
-    report, told = fakes.report(), fakes.diagnoses()
-    for row in printed(fit_summary(report, told, graded(report, told)), width).splitlines():
+    report, found = fakes.report(), fakes.diagnoses()
+    for row in printed(fit_summary(report, found, graded(report, found)), width).splitlines():
         assert len(row) <= width
         assert "…" not in row
 

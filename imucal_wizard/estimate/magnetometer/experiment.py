@@ -247,10 +247,14 @@ class MagnetometerExperiment(Experiment):
         Two rows show the same error as far as the field has the same direction in them.
         """
         lever = np.concatenate([rows.lever for rows in found.rows])
-        basis, free, told = found.directions.columns, slice(0, len(found.directions)), ~found.slow
+        basis, free, of_model = (
+            found.directions.columns,
+            slice(0, len(found.directions)),
+            ~found.slow,
+        )
         return Fitted(
             errors=found.residual,
-            columns=found.system.columns[:, told],
+            columns=found.system.columns[:, of_model],
             variance=found.white_variance,
             alike=lever @ lever.T,
             pull=basis @ found.pull()[free],

@@ -140,7 +140,7 @@ def _echoed(files: Files, lines: Sequence[str]) -> str | None:
     packet = _received(files[_PACKET])
     soft = packet[10:][[0, 3, 4, 3, 1, 5, 4, 5, 2]]
     wanted = (("Cal1:", packet[:10], 1e-3), ("Cal2:", soft, 1e-4))
-    told = ""
+    wrong = ""
     for word, values, last_digit in wanted:
         echo = next((one for one in reversed(lines) if one.startswith(word)), None)
         if echo is None:
@@ -150,10 +150,10 @@ def _echoed(files: Files, lines: Sequence[str]) -> str | None:
         except ValueError:
             return None
         if found.shape != values.shape:
-            told = f"it echoes {len(found)} numbers after {word} and not {len(values)}"
+            wrong = f"it echoes {len(found)} numbers after {word} and not {len(values)}"
         elif (np.abs(found - values) > last_digit + 1e-6 * np.abs(values)).any():
-            told = told or f"it echoes {echo}"
-    return told
+            wrong = wrong or f"it echoes {echo}"
+    return wrong
 
 
 _OFFSET = Kept(base=("bias",))

@@ -156,7 +156,7 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             "→",
             quantity(fit.rms_fitted, fit.unit),
             Text(quantity(fit.rms_held_out, fit.unit), "bold"),
-            Text("–" if fit.floor is None else "±" + quantity(fit.floor, fit.unit), "dim"),
+            Text(quantity(fit.floor, fit.unit), "dim"),
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
@@ -216,23 +216,23 @@ def _without_rows(fit: SensorFit) -> ResidualView:
 
 def comparison_table(comparison: Sequence[AxisComparison], fit: SensorFit | None) -> Group:
     """The gyroscope by three methods side by side: corrections ``k`` and biases."""
-    table = _table("axis", "turns", "", "static", "dynamic", "nine parameters", "")
-    unit = unit_sign(fit.bias_unit) if fit is not None else ""
+    table = _table("axis", "rotations", "", "static", "dynamic", "vector")
     for one in comparison:
         table.add_row(
             one.axis, str(one.rotations), "k",
             _with_error(one.static_scale, one.static_scale_error),
             _with_error(one.dynamic_scale, one.dynamic_scale_error),
-            _with_error(one.vector_scale, one.vector_scale_error), "",
+            _with_error(one.vector_scale, one.vector_scale_error),
         )  # fmt: skip
         table.add_row(
             "", "", "b",
             _with_error(one.static_bias, None),
             _with_error(one.dynamic_bias, one.dynamic_bias_error),
-            _with_error(one.vector_bias, None), unit,
+            _with_error(one.vector_bias, None),
         )  # fmt: skip
+    unit = f", b in {unit_sign(fit.bias_unit)}" if fit is not None else ""
     head = Text.assemble(
-        ("gyroscope by three methods", "bold"), ("  corrected rate = k · (reading − bias)", "dim")
+        ("gyroscope by three methods", "bold"), (f"  rate = k · (reading − b){unit}", "dim")
     )
     note = single_axis_note(comparison)
     return Group(head, table, *([Text(note, "dim")] if note else []))

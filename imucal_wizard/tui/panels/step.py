@@ -304,8 +304,9 @@ def stream_row(
     """
     head: list[Span] = [(" ", "")]
     if not stream.connected:
-        head.append(("▲ not connected  ", "bad"))
-    head.append((f"{stream.rate:.1f} Hz, " if stream.rate else "rate not known yet, ", ""))
+        head.append(("▲ not connected, ", "bad"))
+    else:
+        head.append((f"{stream.rate:.1f} Hz, " if stream.rate else "rate not known yet, ", ""))
     head.append((f"{stream.lost} lost", "warn" if stream.lost else ""))
     if stream.malformed:
         head.append((f", {stream.malformed} unreadable", "warn"))

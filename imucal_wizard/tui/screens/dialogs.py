@@ -54,7 +54,9 @@ class Dialog(ModalScreen[str]):
 
 
 class SkipDialog(Dialog):
-    """States the consequence of skipping a step; the same key again skips: ``skip``.
+    """States the consequence of skipping a step; Enter skips it: ``skip``.
+
+    The key that opened the dialog does not confirm it: pressed twice by mistake, it would skip.
 
     Args:
         title: name of the step.
@@ -62,7 +64,7 @@ class SkipDialog(Dialog):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("s,enter", "dismiss('skip')", "skip it", tooltip="skips the step"),
+        Binding("enter", "dismiss('skip')", "skip it", tooltip="skips the step"),
         Binding("u", "dismiss('')", "stay", show=False),
         Binding("question_mark", "app.explain", "help", tooltip="explains the step"),
         Binding("q", "app.quit", "quit", show=False, tooltip="leaves the program"),

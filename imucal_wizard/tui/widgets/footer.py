@@ -46,8 +46,8 @@ class KeyFooter(Footer):
             if row and wide > room:
                 yield HorizontalGroup(*row)
                 row, room = [], self.app.size.width
-            told = binding.key, shown, binding.description, binding.action
-            row.append(_Key(*told, disabled=not enabled, tooltip=tooltip))
+            key = binding.key, shown, binding.description, binding.action
+            row.append(_Key(*key, disabled=not enabled, tooltip=tooltip))
             room -= wide
         yield HorizontalGroup(*row)
 

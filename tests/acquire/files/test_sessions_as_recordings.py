@@ -70,8 +70,8 @@ def test_what_was_taken_back_in_the_wizard_can_be_told(tmp_path: Path) -> None:
         session.write_command(100, "start")
         session.write_command(200, "undo")
         session.write_command(300, "repeat")
-    (told,) = corrections_note(path)
-    assert "taken back or repeated 2 times" in told
+    (note,) = corrections_note(path)
+    assert "taken back or repeated 2 times" in note
     assert corrections_note(text) == ()
 
 

@@ -45,16 +45,16 @@ def test_every_effect_is_found_exactly_where_there_is_no_noise(one: Effect) -> N
     variances, combinations = np.linalg.eigh(found.size_covariance / np.outer(typical, typical))
     errors = np.sqrt(np.maximum(variances, 0.0))
     missed = combinations.T @ ((found.sizes[0] - sizes) / typical)
-    told = errors < 1e-2
+    determined = errors < 1e-2
     # the pose before is known to the error of the base fit, some thousandths of a radian
     exact = 1e-2 if one.name == "hysteresis" else 1e-4
-    assert (np.abs(missed) <= exact + 5.0 * errors)[told].all()
+    assert (np.abs(missed) <= exact + 5.0 * errors)[determined].all()
     assert found.rms_fitted < (1e-6 if one.name == "hysteresis" else 1e-7) * G * 10.0
     # along gravity y·z on x, x·z on y and x·y on z are one; so are x·y² on x and y·x² on y, and
     # the two other pairs, while x²y on x, x·y² on y and x·y·z on z add up to a cross-axis
     # sensitivity, and so do two other triples
     alike = {"cross-product": 2, "cubic-cross": 6}.get(one.name, 0)
-    assert told.sum() >= len(sizes) - alike
+    assert determined.sum() >= len(sizes) - alike
 
 
 @pytest.mark.parametrize("one", EFFECTS, ids=lambda one: one.name)
