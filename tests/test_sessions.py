@@ -110,7 +110,7 @@ def test_holds_and_rotations_are_written_when_finished_and_forgotten_when_undone
         session.write_findings(Collected((first, second), (turn,)))
         session.write_findings(Collected((first,), ()))
         session.write_events([Event(EventKind.UNDONE, 7.0, "taken back")])
-    with sqlite3.connect(path) as connection:
+    with closing(sqlite3.connect(path)) as connection, connection:
         assert connection.execute("SELECT start, end, pose FROM hold").fetchall() == [
             (0.0, 2.0, "+x")
         ]
