@@ -1,7 +1,6 @@
 """What is said of session files that cannot be used, and of those there are."""
 
 import sqlite3
-from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +15,13 @@ from tests.estimate.truth import hold
 
 
 def _foreign(path: Path) -> None:
-    with closing(sqlite3.connect(path)) as connection, connection:
+    with sqlite3.connect(path) as connection:
         connection.execute("CREATE TABLE raw (id)")
 
 
 def _newer(path: Path) -> None:
     Session.create(path, {}).close()
-    with closing(sqlite3.connect(path)) as connection, connection:
+    with sqlite3.connect(path) as connection:
         connection.execute("PRAGMA user_version = 99")
 
 
@@ -108,7 +107,7 @@ def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path
     with Session.open(path) as session:
         session.write_raw(0.5, b"1,2,3\n")
         session.write_raw(1.0, b"1,2,3\n")
-    with closing(sqlite3.connect(path)) as connection, connection:
+    with sqlite3.connect(path) as connection:
         connection.execute(sql)
     assert len(listed(tmp_path)) == 1
     with pytest.raises(SessionError):

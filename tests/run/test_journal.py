@@ -1,6 +1,7 @@
 """What is told is on the disk, and the disk changes nothing but when it is told."""
 
 import functools
+import sqlite3
 import subprocess
 import sys
 import threading
@@ -14,7 +15,6 @@ from hypothesis import given
 from hypothesis import settings as examples
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.files.session_file import connect
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.guide.kinds import StepKind
@@ -75,8 +75,8 @@ def undisturbed() -> Engine:
 
 
 def on_disk(path: Path) -> tuple[int, int, str]:
-    """Number of events and commands in the file and the step, read while it is written."""
-    with closing(connect(path)) as connection:
+    """Number of events and commands in the file and the step, as another program reads them."""
+    with closing(sqlite3.connect(path)) as connection:
         events, commands = (
             int(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])  # noqa: S608 - two names
             for table in ("event", "command")

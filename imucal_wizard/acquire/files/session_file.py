@@ -9,18 +9,19 @@ the first byte).
 
 import json
 import math
+import os
 import shlex
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, closing, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 from imucal_wizard.acquire.files import SUFFIX, Batch, is_session
-from imucal_wizard.acquire.files.sqlite_pages import WAL_HEADER_BYTES, log_of
+from imucal_wizard.acquire.files.sqlite_pages import log_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DamagedSessionError, SessionError
-from imucal_wizard.core.output import cause_of, why_it_cannot_grow
+from imucal_wizard.core.output import why_it_cannot_grow
 from imucal_wizard.core.records import dataclass
 
 APPLICATION_ID = 0x494D5543
@@ -69,7 +70,7 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
 
     Args:
         path: the file.
-        writes: it is to be continued; else it is only read, also while a program writes it.
+        writes: it is to be continued; else it can be read where nobody can write.
 
     Raises:
         SessionError: it is missing, no session, damaged, or of another version.
@@ -85,86 +86,24 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
     if not is_session(path):
         raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
-        connection = _owned(path) if writes else _unlocked(path)
+        connection = sqlite3.connect(
+            path.absolute().as_uri() if writes else _address(path),
+            timeout=_BUSY_SECONDS,
+            isolation_level=None,
+            check_same_thread=False,
+            uri=True,
+        )
         on_failure.callback(connection.close)
         _identify(connection, path)
         on_failure.pop_all()
     return connection
 
 
-def own(connection: sqlite3.Connection) -> sqlite3.Connection:
-    """The connection, which from now on uses its file alone.
-
-    SQLite then keeps the index of the log in its memory. Else it writes the index through a mapped
-    file, and on a full disk that copies on write (btrfs) that kills the process (SIGBUS).
-    """
-    connection.execute("PRAGMA locking_mode = EXCLUSIVE")
-    return connection
-
-
-def _owned(path: Path) -> sqlite3.Connection:
-    """The file, to be continued."""
-    connection = _connection(path.absolute().as_uri(), timeout=_BUSY_SECONDS)
-    with ExitStack() as on_failure:
-        on_failure.callback(connection.close)
-        own(connection)
-        on_failure.pop_all()
-    return connection
-
-
-def _unlocked(path: Path) -> sqlite3.Connection:
-    """The file for reading, also while it is written; nothing is written beside it.
-
-    Raises:
-        SessionError: it has a log, and there is no room to copy both.
-    """
-    from tempfile import TemporaryDirectory
-
+def _address(path: Path) -> str:
+    """The file for reading; SQLite writes beside it, except where the folder refuses that."""
     log = log_of(path)
-    if not (log.exists() and log.stat().st_size):
-        return _connection(path.absolute().as_uri() + "?immutable=1")
-    try:
-        with TemporaryDirectory() as folder:
-            copy = Path(folder, "copy")
-            _copy(path, copy)
-            with closing(own(_connection(copy.as_uri()))) as source:
-                found = _connection("")  # a temporary file of SQLite
-                source.backup(found)
-                return found
-    except OSError as error:
-        raise SessionError(f"{path} cannot be read: {cause_of(error)}") from error
-
-
-def _connection(address: str, *, timeout: float = 0.0) -> sqlite3.Connection:
-    return sqlite3.connect(
-        address, timeout=timeout, isolation_level=None, check_same_thread=False, uri=True
-    )
-
-
-def _copy(path: Path, copy: Path) -> None:
-    """Copy a file and its log as they are at one time.
-
-    A writer that moves rows from the log to the file leaves the log until all of them are there,
-    and then begins another log with another salt.
-    """
-    import shutil
-
-    log, begun, copied = log_of(path), b"", b"-"
-    while begun != copied:
-        begun = _salt(log)
-        shutil.copyfile(path, copy)
-        with suppress(FileNotFoundError):
-            shutil.copyfile(log, log_of(copy))
-        copied = _salt(log)
-
-
-def _salt(log: Path) -> bytes:
-    """What distinguishes a log from those before and after it."""
-    try:
-        with log.open("rb") as file:
-            return file.read(WAL_HEADER_BYTES)
-    except FileNotFoundError:
-        return b""
+    still = not os.access(path.parent, os.W_OK) and not (log.exists() and log.stat().st_size)
+    return path.absolute().as_uri() + ("?immutable=1" if still else "")
 
 
 def _identify(connection: sqlite3.Connection, path: Path) -> None:
@@ -197,6 +136,11 @@ _NOT_WRITTEN = dict.fromkeys(
 """The database's errors of writing, and their cause if no other is found."""
 
 
+def no_room_error(path: Path, cause: str) -> SessionError:
+    """The error of a session whose disk takes no more."""
+    return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))
+
+
 def session_error(path: Path, error: Exception) -> SessionError:
     """The error of the database as a message that says what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
@@ -209,7 +153,7 @@ def session_error(path: Path, error: Exception) -> SessionError:
             # SQLite does not distinguish a quota or a limit from a disk that does not work
             log = log_of(path)
             cause = why_it_cannot_grow(path, log) or _NOT_WRITTEN.get(name, "the disk is full")
-            return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))
+            return no_room_error(path, cause)
         if "unable to open" in str(error):
             return SessionError(
                 f"{path} cannot be opened; copy it, with the files beside it whose names begin like"

@@ -15,9 +15,7 @@ Row = tuple[int, tuple[Any, ...]]
 _HEADER_BYTES = 100
 _LEAF_OF_TABLE = 13
 _USUAL_PAGE_BYTES = 4096
-WAL_HEADER_BYTES = 32
-"""Header of a write-ahead log; it differs between two logs of one file."""
-_FRAME_HEADER_BYTES = 24
+_WAL_HEADER_BYTES, _FRAME_HEADER_BYTES = 32, 24
 _MAX_PAGES = 1 << 24
 _VALUE_BYTES = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0)
 """Bytes of a value by its serial type; 7 is a float, 8 and 9 are the numbers 0 and 1."""
@@ -117,7 +115,7 @@ def _committed(path: Path, size: int) -> dict[int, bytes]:
         return {}
     salt, found, pending = log[16:24], dict[int, bytes](), dict[int, bytes]()
     step = _FRAME_HEADER_BYTES + size
-    for start in range(WAL_HEADER_BYTES, len(log) - step + 1, step):
+    for start in range(_WAL_HEADER_BYTES, len(log) - step + 1, step):
         number, committed = struct.unpack_from(">II", log, start)
         if log[start + 8 : start + 16] != salt or not 0 < number < _MAX_PAGES:
             break  # older frames follow, which were copied to the file
