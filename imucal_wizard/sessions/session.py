@@ -222,6 +222,7 @@ class Session(KeptSession):
         self._findings = FindingTables()
         self._files: list[tuple[int, int] | None] = []
         self._uncommitted = 0
+        self._reader: sqlite3.Connection | None = None
 
     @classmethod
     def create(cls, path: Path, about: dict[str, Any]) -> "Session":
@@ -395,10 +396,17 @@ class Session(KeptSession):
             raise session_file.no_room_error(self.path, cause)
 
     def roll_back(self) -> None:
-        """Drop uncommitted rows after a failure; the file can only be read and copied then."""
+        """Drop uncommitted rows after a failure; the file can only be read and copied then.
+
+        A second reader keeps SQLite from moving the log to the file when that is closed: there may
+        be no room for it.
+        """
         with suppress(sqlite3.Error):
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
+            address = self.path.absolute().as_uri() + "?mode=ro"
+            self._reader = sqlite3.connect(address, uri=True, check_same_thread=False)
+            self._reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
     def close(self) -> None:
         """Commit and close the file."""
@@ -408,6 +416,8 @@ class Session(KeptSession):
                     self._connection.execute("COMMIT")
         finally:
             self._connection.close()
+            if self._reader is not None:
+                self._reader.close()
 
 
 def _identity(path: Path) -> tuple[int, int] | None:
