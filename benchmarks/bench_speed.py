@@ -18,7 +18,7 @@ from benchmarks.hidden_field.recording import record as record_field
 from benchmarks.hidden_field.sessions import REPEATED as SESSION
 from benchmarks.hidden_field.sessions import session_of
 from benchmarks.measure import machine, own_cpu
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.posterior import hypothesis_set

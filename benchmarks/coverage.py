@@ -17,8 +17,8 @@ from imucal_wizard.core.poses import DIRECTIONS
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from tests.estimate.motions import hand_turns, recorded
 from tests.estimate.truth import (

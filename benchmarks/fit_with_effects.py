@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.measure import machine
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import fit

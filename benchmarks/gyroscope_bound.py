@@ -28,7 +28,7 @@ from benchmarks.hold_sessions import STEP, Noise, wander
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, Rotation, hold_from

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.hold_sessions import DESIGNS, GRAVITY, MG, NAMES, Noise, session
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import quantile
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 
 NOISES = {
     "white": Noise(),

@@ -26,8 +26,7 @@ from benchmarks.hand_motion import (
 )
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.inertial import fit_accelerometer
-from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.recording import fit_accelerometer, fit_readings
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.blocks import BlockCutter

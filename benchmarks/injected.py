@@ -35,7 +35,8 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from benchmarks.complete import interval
 from benchmarks.measure import SHARED, machine
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches

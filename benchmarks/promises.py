@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.complete import interval
 from benchmarks.measure import machine
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.recording import fit_readings

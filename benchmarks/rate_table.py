@@ -17,8 +17,7 @@ from benchmarks.q_cases import BNO055, RATE, XSENS, Case
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.distributions import quantile
-from imucal_wizard.estimate.inertial import FitOptions
-from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.simulate.noise import RandomStream, SensorNoise, generator
 from imucal_wizard.simulate.sensor import DEGREE

@@ -22,7 +22,7 @@ import numpy as np
 
 from benchmarks.complete import interval
 from benchmarks.measure import machine
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches

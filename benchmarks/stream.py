@@ -16,8 +16,7 @@ from benchmarks.measure import machine, own_cpu
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.pump import Pump
-from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.reader import Pump, Reader
 from imucal_wizard.run.session_replay import begin_session
 from imucal_wizard.sessions import Session
 

@@ -25,7 +25,7 @@ from benchmarks.gyroscope_bound import WrongRate
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import GYROSCOPE
 from tests.estimate.truth import TWENTY_SIX, smooth_step, tilted, typical_gyroscope

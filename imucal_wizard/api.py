@@ -29,7 +29,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import imucal_wizard.diagnose as _diagnose_package
-from imucal_wizard.acquire.files import RecordingOptions, is_session, read_files
+from imucal_wizard.acquire.files import RecordingOptions, is_session
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.dates import iso_now
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings, Series

@@ -13,7 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from imucal_wizard.acquire.decode import format_names
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.errors import ImucalError

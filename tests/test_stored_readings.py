@@ -6,7 +6,7 @@ from threading import Event, Thread
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.sessions import Session, stored_readings

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.hidden.noise import MILLI_G
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.hidden_field.scenarios import EFFECTS, FAMILY
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself

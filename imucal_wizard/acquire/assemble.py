@@ -4,6 +4,7 @@ import numpy as np
 
 from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter
 from imucal_wizard.acquire.decode.base import Column, DecodedRows
+from imucal_wizard.acquire.decode.vocabulary import LETTER_OF_SENSOR
 from imucal_wizard.acquire.host_clock import HostClock, sampling_period, time_quantum
 from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
@@ -12,9 +13,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 
 _MIN_BARREN = 50
 """Consecutive rows without a needed number after which the column counts as empty."""
-_SENSOR = {"a": "accelerometer", "g": "gyroscope"}
 _HELP = "check the sensor's wiring and the sketch"
-_SENSORS = ("accelerometer", "gyroscope", "magnetometer")
 _NO_ACCELEROMETER = Series(np.zeros(0), np.zeros((0, 3)), units.SI_UNIT["accelerometer"])
 
 
@@ -43,7 +42,7 @@ class Assembler:
         self.columns = columns
         self._recording = recording
         self.samples = 0
-        self._places = {s: sensor_places(columns, s) for s in _SENSORS}
+        self._places = {s: sensor_places(columns, s) for s in LETTER_OF_SENSOR}
         self._factors = {s: self._factor(s, p) for s, p in self._places.items() if p}
         where = {c.channel: i for i, c in enumerate(columns) if c.channel}
         self._beside = _beside(columns, where)
@@ -270,11 +269,11 @@ class MissingValues:
 
 
 def _named(columns: list[Column]) -> str:
-    parts = []
-    for letter, sensor in _SENSOR.items():
+    parts, letters = [], LETTER_OF_SENSOR.values()
+    for sensor, letter in LETTER_OF_SENSOR.items():
         axes = [c.channel[1] for c in columns if len(c.channel) == 2 and c.channel[0] == letter]
         if axes:
             word = "axis" if len(axes) == 1 else "axes"
             parts.append(f"the {sensor}'s {' and '.join(axes)} {word}")
-    parts += [f"column {c.name or c.channel}" for c in columns if c.channel[:1] not in _SENSOR]
+    parts += [f"column {c.name or c.channel}" for c in columns if c.channel[:1] not in letters]
     return " and ".join(parts)

@@ -12,6 +12,7 @@ from imucal_wizard.core.gravity import (
     median_magnitude,
     unit_of_gravity,
 )
+from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
@@ -28,10 +29,8 @@ _MAX_SIZE_VARIATION = 0.1
 """Relative variation of the magnitude of gravity at rest; a gyroscope's bias varies more."""
 _MIN_WHOLE_GRAVITY = 100.0
 """Gravity of a smaller magnitude is not printed in whole numbers."""
-_PLAUSIBLE_RATES = (5.0, 20_000.0)
-"""Plausible sampling rates, Hz, for times without a unit; the first plausible unit of
-``_UNITS_TRIED`` is used."""
 _UNITS_TRIED = ("s", "ms", "us", "ns")
+"""For times without a unit: the first one that gives a usual sampling rate is used."""
 _FIELD_RANGES = ((20.0, 80.0, "uT"), (0.2, 0.8, "G"), (200.0, 800.0, "mG"), (2e4, 8e4, "nT"))
 """Smallest and largest reading of the Earth's field in each unit."""
 _MIN_ARRIVAL_SECONDS = 0.3
@@ -39,8 +38,9 @@ _MIN_ARRIVAL_SECONDS = 0.3
 _MAX_SPEED_RATIO = 4.0
 """Ratio of device time to arrival time that bursts of the link can cause."""
 _OFFSET_BINARY = 32768.0
+"""Mid-scale of unsigned 16-bit counts."""
 _MAX_OFFSET_DEVIATION = 12_000.0
-"""Mid-scale of unsigned 16-bit counts, and the deviation from it that gravity can cause."""
+"""Counts by which gravity can deviate from it."""
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     """
     steps = np.diff(ticks)
     step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
-    low, high = (0.3 * rate, 3.0 * rate) if rate else _PLAUSIBLE_RATES
+    low, high = (0.3 * rate, 3.0 * rate) if rate else USUAL_SAMPLING_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME_UNITS[unit])
         if low <= found <= high:
@@ -148,13 +148,13 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     )
 
 
-def runs_like_time(values: FloatArray) -> bool:
+def _runs_like_time(values: FloatArray) -> bool:
     """Whether a column mostly increases and decreases at most once (a restart, a wrap)."""
     steps = np.diff(values)
     return len(steps) > 3 and int(np.sum(steps < 0)) <= 1 and float(np.mean(steps > 0)) > 0.5
 
 
-def counts_samples(values: FloatArray) -> bool:
+def _counts_samples(values: FloatArray) -> bool:
     """Whether a column increases by one from sample to sample, except for wraps."""
     steps = np.diff(values)
     return len(steps) > 3 and float(np.mean(steps == 1)) > 0.9
@@ -198,10 +198,10 @@ def _without_clocks(values: FloatArray, found: list[str]) -> list[int]:
     rest = list(range(width))
     for place in (0, 1, width - 1):
         column = values[:, place] if place < width else values[:, 0]
-        if place not in rest or width <= len("xyz") or (place == 1 and rest[0] == 0):
+        if place not in rest or width <= 3 or (place == 1 and rest[0] == 0):
             continue
         # milliseconds at 1 kHz also step by one; a clock that counts samples is still a clock
-        kind = "counter" if counts_samples(column) else "t" if runs_like_time(column) else ""
+        kind = "counter" if _counts_samples(column) else "t" if _runs_like_time(column) else ""
         if kind:
             found[place] = kind if kind not in found else ""
             rest.remove(place)

@@ -202,8 +202,8 @@ def _wrong_clock(device: float, host: float) -> str:
     faster.
     """
     ratio = device / host if host else 1.0
-    units = (("ms", 1e-3), ("us", 1e-6))
-    unit = next((name for name, size in units if abs(ratio / size - 1) < 0.2), "")
+    mistaken = (("ms", 1e-3), ("us", 1e-6))
+    unit = next((name for name, size in mistaken if abs(ratio / size - 1) < 0.2), "")
     if ratio < _MAX_RATE_RATIO and not unit:
         return ""
     advice = (

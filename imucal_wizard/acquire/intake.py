@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.acquire.assemble import Assembler
-from imucal_wizard.acquire.decode import decoder_for, formats
+from imucal_wizard.acquire.decode import decoder_for, formats, is_binary
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import GarbageDetector
 from imucal_wizard.acquire.health import MAX_ARRIVAL_GAP_SECONDS, StreamHealth
@@ -120,8 +120,7 @@ class Intake:
 
     @property
     def _binary(self) -> bool:
-        known = formats().get(self.format)
-        return known is not None and known.binary
+        return is_binary(self.format)
 
     @property
     def first_malformed(self) -> MalformedLine | None:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-from imucal_wizard.acquire.decode import formats
+from imucal_wizard.acquire.decode import is_binary
 from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
@@ -63,24 +63,6 @@ def listen_to_ports(find: Callable[[], list[PortInfo]] = list_ports) -> list[Por
         return list(pool.map(listen_to_port, ports))
 
 
-def ports_report(find: Callable[[], list[PortInfo]] = list_ports) -> str:
-    """The text of ``imucal-wizard ports``, with the reason for ports that cannot be opened."""
-    heard = listen_to_ports(find)
-    if not heard:
-        return (
-            "There is no serial port. Plug a device in, or use the virtual IMU: run "
-            "imucal-wizard alone."
-        )
-    return "\n".join(_lines(one) for one in heard)
-
-
-def _lines(one: PortReport) -> str:
-    about = "  ".join(
-        word for word in (one.port.vid_pid, one.port.description, one.port.hint) if word
-    )
-    return f"{one.port.device}  {about}".rstrip() + f"\n    {one.message}"
-
-
 def _hear_at(port: PortInfo, baud: int, seconds: float) -> PortReport:
     transport = Transport(port.device, baud, find=lambda: [port])
     intake = Intake()
@@ -115,7 +97,7 @@ def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: flo
     rows = data.count(b"\n") / seconds
     rate = intake.measured_rate
     about = f"{rate:.1f} samples/s" if rate else f"about {rows:.0f} lines/s"
-    if not rate and formats()[intake.format].binary:
+    if not rate and is_binary(intake.format):
         about = "rate not known yet"
     asks = f"; asks for {' and '.join(intake.needs)}" if intake.needs else ""
     names = ",".join(c.channel for c in intake.columns if c.channel)

@@ -8,6 +8,7 @@ import numpy as np
 from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.decode.vocabulary import (
+    LETTER_OF_SENSOR,
     SENSOR_CHANNELS,
     channel_of,
     column_of_name,
@@ -34,7 +35,6 @@ _MAX_BACKWARD_SHARE = 0.2
 """Share of backward steps in a time column; above it, the column is not a time."""
 _RATE_TOLERANCE = 0.01
 """Relative deviation allowed between a stated rate and that of the time column."""
-_SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 _BESIDE = ("temperature", "current", "throttle")
 """Auxiliary quantities, left out if their unit is unknown."""
 
@@ -77,7 +77,7 @@ def resolve_columns(
             notes.append("The columns that were given are used instead of those in the header.")
         columns = setup.columns
     elif not any(c.channel for c in columns):
-        columns, sure = propose_columns(columns, values)
+        columns, sure = _propose_columns(columns, values)
         if not sure:
             return ResolvedColumns(_proposed_unit(columns, values), ("columns",), (_ASK,))
         names = ", ".join(c.channel or "-" for c in columns)
@@ -86,7 +86,7 @@ def resolve_columns(
         return ResolvedColumns(columns, ("columns",), (message,))
     channels = {c.channel for c in columns}
     accelerometer = {"ax", "ay", "az"} & channels
-    others = any(sensor_places(columns, sensor) for sensor in _SENSORS)
+    others = any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR)
     if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
         message = _lacking("accelerometer", channels)
         return ResolvedColumns(columns, ("columns",), (*notes, message))
@@ -97,7 +97,7 @@ def resolve_columns(
     if arrivals is None:
         columns, silent = _without_silent(columns, values)
         notes += silent
-        if not any(sensor_places(columns, sensor) for sensor in _SENSORS):
+        if not any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR):
             return ResolvedColumns(columns, ("sensor",), tuple(notes))
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(setup, columns, values, arrivals, notes)
@@ -109,7 +109,7 @@ _ASK = (
 )
 
 
-def propose_columns(
+def _propose_columns(
     columns: tuple[Column, ...], values: FloatArray
 ) -> tuple[tuple[Column, ...], bool]:
     """A channel for each column, and whether this is certain enough to continue without asking.
@@ -165,7 +165,7 @@ def _without_silent(
 ) -> tuple[tuple[Column, ...], list[str]]:
     """Remove the sensors of a recording without a complete sample, with messages about them."""
     notes = []
-    for sensor in _SENSORS:
+    for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         there = np.asarray(np.isfinite(values[:, places]))
         if not places or there.all(axis=1).any():
@@ -188,7 +188,7 @@ def _with_units(
     notes: list[str],
 ) -> ResolvedColumns:
     needs: list[str] = []
-    for sensor in _SENSORS:
+    for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
             columns = _set_unit(columns, places, units.COUNT)

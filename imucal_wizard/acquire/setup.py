@@ -5,7 +5,12 @@ from dataclasses import asdict, fields, replace
 from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column
-from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS, column_of_name, quantity_of
+from imucal_wizard.acquire.decode.vocabulary import (
+    LETTER_OF_SENSOR,
+    SENSOR_CHANNELS,
+    column_of_name,
+    quantity_of,
+)
 from imucal_wizard.core import units
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.records import dataclass
@@ -34,7 +39,7 @@ class StreamSetup:
     magnetometer_unit: str = ""
 
     def __post_init__(self) -> None:
-        for sensor in ("accelerometer", "gyroscope", "magnetometer"):
+        for sensor in LETTER_OF_SENSOR:
             word = getattr(self, f"{sensor}_unit")
             if word:
                 units.unit_factor(sensor, word)
@@ -70,10 +75,12 @@ class StreamSetup:
 
 
 def named_columns(names: str) -> tuple[Column, ...]:
-    """The columns of a list like ``ax,ay,az,gx,gy,gz``; units in brackets may follow each name.
+    """The columns of a list like ``ax,ay,az,gx,gy,gz``; ``-`` or nothing skips a column.
+
+    Units in brackets may follow each name.
 
     Raises:
-        UsageError: a name is not known; ``-`` or nothing skips a column.
+        UsageError: a name is not known.
     """
     found = tuple(column_of_name(name) for name in names.split(","))
     for c in found:
@@ -106,7 +113,7 @@ def chosen_setup(
     twice = sorted({channel for channel in used if used.count(channel) > 1})
     if twice:
         raise UsageError(f"{', '.join(twice)} is given twice; a channel has one column")
-    for sensor in ("accelerometer", "gyroscope", "magnetometer"):
+    for sensor in LETTER_OF_SENSOR:
         missing = [channel for channel in SENSOR_CHANNELS[sensor] if channel not in used]
         if missing and sensor == "accelerometer":
             raise UsageError(

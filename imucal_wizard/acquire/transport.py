@@ -111,7 +111,7 @@ class Transport:
             raise LinkError(f"{sanitise(self.port)} is not open: open it first.")
         try:
             if self._fd is not None:
-                return read_burst(self._fd, timeout)
+                return _read_burst(self._fd, timeout)
             return self._read_any(timeout)
         except _LOST as error:
             self.close()
@@ -187,11 +187,7 @@ def _again(identity: PortInfo, ports: list[PortInfo]) -> PortInfo | None:
     return same[0] if len(same) == 1 else None
 
 
-def _readable(fd: int, timeout: float) -> bool:
-    return bool(select.select([fd], [], [], timeout)[0])
-
-
-def read_burst(fd: int, timeout: float) -> bytes:
+def _read_burst(fd: int, timeout: float) -> bytes:
     """Wait for the first bytes; while they arrive fast, gather them for a moment.
 
     A slow stream is returned at once. A fast one is returned in few large chunks, which costs a
@@ -200,7 +196,7 @@ def read_burst(fd: int, timeout: float) -> bytes:
     Raises:
         OSError: the stream has ended and all its bytes have been handed over.
     """
-    if not _readable(fd, timeout):
+    if not select.select([fd], [], [], timeout)[0]:
         return b""
     data = _taken(fd)
     end = time.monotonic() + _GATHER
@@ -208,9 +204,7 @@ def read_burst(fd: int, timeout: float) -> bytes:
         time.sleep(_PAUSE)  # select would wake for every few bytes
         try:
             data += _taken(fd)
-        except (
-            BlockingIOError
-        ):  # nothing new; polling first would release the interpreter lock again
+        except BlockingIOError:  # polling first would release the interpreter lock again
             if len(data) < _MAX_SLOW_BYTES:
                 break
         except OSError:

@@ -1,10 +1,13 @@
 """``imucal-wizard ports``: what is plugged in and what it sends."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import Parser, add_json
-from imucal_wizard.cli.outcome import write_json
-from imucal_wizard.core.output import say
+from imucal_wizard.cli.outcome import answer
+
+if TYPE_CHECKING:
+    from imucal_wizard.acquire.listen import PortReport
 
 USAGE = (("ports", "list what is plugged in and what it sends"),)
 
@@ -22,11 +25,9 @@ def parser() -> Parser:
 def run(argv: Sequence[str]) -> int:
     """List the ports; listening takes about a second."""
     arguments = parser().parse_args(argv)
-    from imucal_wizard.acquire.listen import listen_to_ports, ports_report
+    from imucal_wizard.acquire.listen import listen_to_ports
 
-    if not arguments.json:
-        say(ports_report())
-        return 0
+    heard = listen_to_ports()
     ports = [
         {
             "device": one.port.device,
@@ -36,7 +37,22 @@ def run(argv: Sequence[str]) -> int:
             "rate": one.rate or None,
             "says": one.message,
         }
-        for one in listen_to_ports()
+        for one in heard
     ]
-    write_json({"schema": "imucal-wizard/ports/1", "ports": ports}, arguments.json)
+    answer(arguments.json, {"schema": "imucal-wizard/ports/1", "ports": ports}, ports_text(heard))
     return 0
+
+
+def ports_text(heard: "Sequence[PortReport]") -> str:
+    """The ports in lines, with the reason for those that cannot be opened."""
+    if not heard:
+        return (
+            "There is no serial port. Plug a device in, or use the virtual IMU: run "
+            "imucal-wizard alone."
+        )
+    lines = []
+    for one in heard:
+        known = (one.port.vid_pid, one.port.description, one.port.hint)
+        about = "  ".join(word for word in known if word)
+        lines += [f"{one.port.device}  {about}".rstrip(), f"    {one.message}"]
+    return "\n".join(lines)

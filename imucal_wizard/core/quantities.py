@@ -144,6 +144,16 @@ def times_in_words(count: int) -> str:
     return "once" if count == 1 else f"{count} times"
 
 
+def plural(count: int, word: str) -> str:
+    """A count with its noun."""
+    return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
 def finite_or_none(value: float | None) -> float | None:
     """The number for a document; None if it is unknown or infinite."""
     return None if value is None or not math.isfinite(value) else float(value)
+
+
+def or_nan(value: float | None) -> float:
+    """The number for an array; NaN if it is unknown."""
+    return math.nan if value is None else value

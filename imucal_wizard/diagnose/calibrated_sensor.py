@@ -23,9 +23,9 @@ from imucal_wizard.estimate.accelerometer import (
     principal_steps,
 )
 from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit_warnings import scale_notes
 from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
-from imucal_wizard.estimate.inertial import scale_notes
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.rate_table import RateTableExperiment
@@ -94,7 +94,7 @@ class CalibratedSensor(ABC):
         unit: of the readings.
         covariance: of M by rows and b, shape (12, 12).
         terms: the effects.
-        reference_temperature: at which they are told, °C, or NaN.
+        reference_temperature: of the effects, °C, or NaN.
         reference_time: of a drift, s, or NaN.
         temperature: of the calibration, °C, or None.
         coefficient: standard error of the known temperature coefficient of each bias, SI/°C, shape
@@ -426,7 +426,9 @@ class TableGyroscope(CalibratedGyroscope):
             raise DataError("a rate table alone has calibrated it, and gravity does not show it")
         if self.terms:
             names = ", ".join(term.name for term in self.terms)
-            raise DataError(f"its effects ({names}) cannot be told from a change on a rate table")
+            raise DataError(
+                f"its effects ({names}) cannot be distinguished from a change on a rate table"
+            )
         args = measured.table, self.unit, self.calibration, ENTRY_OF, readings.gyroscope
         return RateTableExperiment(*args, readings)
 

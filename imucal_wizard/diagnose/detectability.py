@@ -28,9 +28,9 @@ from imucal_wizard.diagnose.verdict import (
 )
 
 SEEN_SHARE = 0.95
-"""Share of recordings in which a misfit of the size told is seen."""
+"""Share of recordings in which a misfit of the size reported is seen."""
 NAMED_SHARE = 0.90
-"""Share of recordings in which the family is named at the size told."""
+"""Share of recordings in which the family is named at the size reported."""
 USUAL_SIZES = 5.0
 """Typical sizes above which a parameter of an effect is not to be expected."""
 MIN_VISIBLE_SHARE = 0.02

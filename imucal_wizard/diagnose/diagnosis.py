@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
 from imucal_wizard.diagnose.suspects import Suspect
@@ -48,8 +49,7 @@ class Apart:
     @property
     def things(self) -> str:
         """What is proposed, with its number: ``6 more poses``."""
-        word = "rotation" if self.turning else "pose"
-        return f"{self.poses} more {word}{'s' * (self.poses > 1)}"
+        return plural(self.poses, f"more {'rotation' if self.turning else 'pose'}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -89,6 +89,24 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     return with_unit(", ".join(parts), parameters[0].unit)
 
 
+def leading_sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
+    """Sizes with standard errors, at most three that stand out: ``x −5.03 ± 0.11  y … mg/g²``.
+
+    Unlike ``sizes_text``, it gives sizes that are not clear, too. The arguments are the same.
+    """
+    if effect.free:
+        return sizes_text(effect, sensor, sizes, errors)
+    parameters, most = effect.parameters(sensor), MAX_NAMED_PARAMETERS
+    safe = np.where(errors > 0.0, errors, np.inf)
+    order = np.argsort(-np.nan_to_num(np.abs(sizes) / safe), kind="stable")
+    order = np.sort(order[:most]) if len(order) > most else np.arange(len(order))
+    if len(sizes) > most and largest(sizes, errors) not in order:
+        order[0] = largest(sizes, errors)
+    pairs = [f"{parameters[k].name} {plus_minus(sizes[k], errors[k])}" for k in order]
+    more = "" if len(sizes) <= most else f"  and {len(sizes) - most} smaller"
+    return with_unit("  ".join(pairs), parameters[0].unit) + more
+
+
 def seen_from(one: Suspect) -> str:
     """From which sizes on these data show an effect and name its family."""
     if one.sized is None:

@@ -106,7 +106,7 @@ class ExplainedVariance:
         return found
 
     def strongest(self) -> float:
-        """The same for the likeliest explanation by effects, as a whole."""
+        """Squares of the noise that the likeliest explanation by effects takes away as a whole."""
         parts, noise = self._likeliest(())
         return self._explained([patterns for _, patterns in parts]) / max(noise, 1.0) ** 2
 
@@ -146,10 +146,10 @@ class ExplainedVariance:
         return found
 
     def _explained(self, patterns: list[FloatArray]) -> float:
-        """Squares that patterns take away, expected over how far the noise may wander.
+        """Squares that patterns take away, averaged over how far the noise may wander.
 
-        A little doubt about a far wander is not a middling wander: of a slow effect that one takes
-        nearly everything.
+        The squares are averaged and not the wander: a medium wander would take nearly all of a slow
+        effect away, a large but improbable one does not.
         """
         if not patterns:
             return 0.0
@@ -175,7 +175,7 @@ def _span(columns: FloatArray) -> FloatArray:
 
 
 def discriminability(misfit: WhitenedResiduals, frame: Frame) -> float:
-    """Share of a rippled characteristic that no bent one imitates here.
+    """Share of a rippled characteristic that differs from every bent one in these poses.
 
     Args:
         misfit: what is left.

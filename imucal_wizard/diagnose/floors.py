@@ -12,7 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Series, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
 from imucal_wizard.estimate.repeatability import Repeatability, rows_at_rest
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
@@ -100,7 +100,7 @@ def rounding_while_turning(series: Series, matrix: FloatArray) -> Rounding:
     """
     step = max(_step(series.values[:, axis]) for axis in range(3))
     changes = np.abs(np.diff(series.values, axis=0))
-    spread = np.array([median(column) for column in changes.T]) / (0.6745 * np.sqrt(2.0))
+    spread = np.array([median(column) for column in changes.T]) * SIGMA_PER_MEDIAN / np.sqrt(2.0)
     gain = float(np.linalg.norm(matrix, ord=2))
     return Rounding(gain * step / np.sqrt(12.0), bool(spread.min() >= MIN_DITHER_STEPS * step))
 

@@ -182,10 +182,14 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
                 continue
             prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
             inside = errors @ np.concatenate(patterns, axis=1)
-            made.append(
-                Hypothesis(UNKNOWN, (), (UNKNOWN,), None, where, prior, inside, UNKNOWN_SIZES)
-            )
+            made.append(_unknown(where, prior, inside))
     return made + _waves(up, shown, errors) + _jumps(up, shown, errors)
+
+
+def _unknown(
+    where: str, prior: float, patterns: FloatArray, sizes: tuple[float, ...] = UNKNOWN_SIZES
+) -> Hypothesis:
+    return Hypothesis(UNKNOWN, (), (UNKNOWN,), None, where, prior, patterns, sizes)
 
 
 def _waves(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
@@ -196,9 +200,7 @@ def _waves(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypoth
         patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
         prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
         inside = errors @ patterns
-        made.append(
-            Hypothesis(UNKNOWN, (), (UNKNOWN,), None, AXES[axis], prior, inside, UNKNOWN_SIZES)
-        )
+        made.append(_unknown(AXES[axis], prior, inside))
     return made
 
 
@@ -209,9 +211,7 @@ def _jumps(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypoth
     for axis, level in itertools.product(range(3), JUMPS):
         course = np.clip((up[:, [axis]] - level) / JUMP_WIDTH, -1.0, 1.0)
         inside = errors @ (course * shown[:, [axis]])
-        made.append(
-            Hypothesis(UNKNOWN, (), (UNKNOWN,), None, AXES[axis], prior, inside, JUMP_SIZES)
-        )
+        made.append(_unknown(AXES[axis], prior, inside, JUMP_SIZES))
     return made
 
 
@@ -269,19 +269,7 @@ def field_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     usual = median(misfit.sigma[field])
     shown = misfit.lever * (usual / misfit.sigma)[:, None]
     prior = float(np.log(FIELD_CHANGE_PRIOR / len(courses)))
-    return [
-        Hypothesis(
-            UNKNOWN,
-            (),
-            (UNKNOWN,),
-            None,
-            "",
-            prior,
-            frame.across.T @ (shown * one[:, None]),
-            UNKNOWN_SIZES,
-        )
-        for one in courses
-    ]
+    return [_unknown("", prior, frame.across.T @ (shown * one[:, None])) for one in courses]
 
 
 def _courses(time: FloatArray, field: np.ndarray) -> Iterator[FloatArray]:

@@ -87,15 +87,15 @@ def request(
         count: how many rotations.
     """
     x, y, z = (float(one) for one in up)
-    return MeasurementRequest((x, y, z), pose_name(up), why, warm, axis, count, brief)
+    return MeasurementRequest((x, y, z), _pose_name(up), why, warm, axis, count, brief)
 
 
-def pose_name(up: FloatArray) -> str | None:
+def _pose_name(up: FloatArray) -> str | None:
     """The name of the pose with this direction up, or None."""
     return nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG)
 
 
-def rotations_about(axes: str, why: str) -> Requests:
+def _rotations(axes: str, why: str) -> Requests:
     """Rotations about some axes, in both senses at each rate."""
     rates = ", ".join(f"{rate:.0f}" for rate in ROTATION_RATES)
     return tuple(
@@ -132,7 +132,7 @@ def first_requests(sensor: str) -> Requests:
         ACCELEROMETER: lambda: missing_directions(
             np.zeros((0, 3)), ("bias", "scale", "non-orthogonality")
         ),
-        GYROSCOPE: lambda: rotations_about("xyz", "the gyroscope needs rotations about every axis"),
+        GYROSCOPE: lambda: _rotations("xyz", "the gyroscope needs rotations about every axis"),
         MAGNETOMETER: lambda: circles("the magnetometer needs the field from every side"),
     }[sensor]()
 
@@ -147,13 +147,13 @@ def next_requests(
     if not bench.measured.at_rest:
         return _next_circles(table, findings, verdict), ()
     if verdict is Verdict.AMBIGUOUS:
-        return separate_explanations(bench, findings)
+        return _separate_explanations(bench, findings)
     if verdict is Verdict.DISTURBED:
-        return repeat_disturbed(table, findings), ()
+        return _repeat_disturbed(table, findings), ()
     if verdict is Verdict.UNEXPLAINED:
-        return (*inside_steep_part(bench, findings), *corners_and_repeats(table)), ()
+        return (*inside_steep_part(bench, findings), *_corners_and_repeats(table)), ()
     if verdict is Verdict.NOT_REPEATABLE:
-        return (*inside_steep_part(bench, findings), *worst_again(table)), ()
+        return (*inside_steep_part(bench, findings), *_worst_again(table)), ()
     if verdict is Verdict.INSUFFICIENT:
         if bench.measured.needs_reference:
             return first_requests(bench.sensor), ()
@@ -198,7 +198,7 @@ def to_measure(
         requests, apart = _separate(bench, *pair, MAX_POSES_WHEN_SETTLED, noise, rotate=moving)
         if requests:
             return requests, apart
-    return more_of_all(table), apart
+    return _more_of_all(table), apart
 
 
 def disturbed_parts(
@@ -224,7 +224,7 @@ def disturbed_parts(
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
-def repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
+def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
     """The accused hold's direction, or the accused rotation, once more."""
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
@@ -250,7 +250,7 @@ def _rotation_again(table: ResidualTable, number: int, why: str) -> MeasurementR
     return request(up, words, brief=brief, axis=axis, count=1)
 
 
-def corners_and_repeats(table: ResidualTable) -> Requests:
+def _corners_and_repeats(table: ResidualTable) -> Requests:
     """Corners that were not held, then the holds that fit worst once more.
 
     Where rotations fit worse than holds do, the worst rotations once more.
@@ -265,14 +265,14 @@ def corners_and_repeats(table: ResidualTable) -> Requests:
             _rotation_again(table, int(numbers[k]), _does_it_repeat(size[k])) for k in worst
         )
     new = _corners_not_held(_ups(table)[1], "a direction that no hold has seen yet")
-    return (*new, *worst_again(table))
+    return (*new, *_worst_again(table))
 
 
 def _does_it_repeat(size: float) -> str:
     return f"off by {size:.1f} times the noise; does it repeat?"
 
 
-def worst_again(table: ResidualTable) -> Requests:
+def _worst_again(table: ResidualTable) -> Requests:
     """The holds that fit worst once more."""
     numbers, ups = _ups(table)
     rest = ~table.moving
@@ -327,12 +327,12 @@ def inside_steep_part(bench: Bench, findings: BenchFindings) -> Requests:
     return ()
 
 
-def more_of_all(table: ResidualTable) -> Requests:
+def _more_of_all(table: ResidualTable) -> Requests:
     """Where nothing has to be decided: corners not held yet, the first poses again; rotations."""
     if table.moving.any():
-        return rotations_about("xyz", "more of them show smaller effects")
+        return _rotations("xyz", "more of them show smaller effects")
     ups = _ups(table)[1]
-    names = list(dict.fromkeys(name for name in map(pose_name, ups) if name))
+    names = list(dict.fromkeys(name for name in map(_pose_name, ups) if name))
     again = tuple(
         request(
             DIRECTIONS[name],
@@ -379,7 +379,7 @@ def _determined(up: FloatArray, base: tuple[str, ...]) -> bool:
 
 
 def _corners_not_held(ups: FloatArray, why: str, brief: str = "") -> Requests:
-    held = {pose_name(one) for one in ups}
+    held = {_pose_name(one) for one in ups}
     return tuple(
         request(up, f"{pose_in_words(name)}: {why}", brief=brief)
         for name, up in CORNERS.items()
@@ -428,7 +428,7 @@ def explanation_of(bench: Bench, findings: BenchFindings, term: str) -> Explaine
     return Explained(effect, suspect.candidate.variant, suspect.trial.size)
 
 
-def separate_explanations(
+def _separate_explanations(
     bench: Bench, findings: BenchFindings
 ) -> tuple[Requests, tuple[Apart, ...]]:
     """Requests for the likeliest two explanations; where none helps, for the next two."""
@@ -478,7 +478,7 @@ def _separate(
         now, more = rotation_patterns(bench.fit, bench.measured.gravity, first, second, axis)
         worth, before, after = choose(now, lambda _: [(axis, more)], 1, MIN_GROWTH_OF_ROTATIONS)
         why = f"separates {first.effect.name} from {second.effect.name}"
-        chosen, count = rotations_about("".join(worth), why), ROTATIONS_PER_AXIS * len(worth)
+        chosen, count = _rotations("".join(worth), why), ROTATIONS_PER_AXIS * len(worth)
     else:
         where, table = bench.measured.circumstances, bench.rows
         radial = "hold" in table.kind
@@ -553,7 +553,7 @@ def _ups(table: ResidualTable) -> tuple[IntArray, FloatArray]:
 
 def _words(up: FloatArray) -> str:
     """A direction in words."""
-    name = pose_name(up)
+    name = _pose_name(up)
     return pose_in_words(name) if name else direction_in_words(up)
 
 

@@ -56,7 +56,7 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     settle(likelihood, grid, float(np.log(term.variant or 1.0)))
     best = min(tried, key=likelihood)
     spread = _spread(likelihood, best)
-    return with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
+    return _with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
 
 
 def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:
@@ -111,7 +111,7 @@ def _spread(unlikely: Callable[[float], float], best: float) -> float:
     return float(np.sqrt(2.0 / bend)) * ASIDE if bend > 0.0 else 0.0
 
 
-def with_doubt(fit: SensorFit, moved: SensorFit, steps: float) -> SensorFit:
+def _with_doubt(fit: SensorFit, moved: SensorFit, steps: float) -> SensorFit:
     """The fit with the doubt about one more unknown in its standard errors.
 
     To first order ``Var = Var(known setting) + d dᵀ``, ``d`` what the parameters move by when the

@@ -1,9 +1,9 @@
 """What a fit leaves, in the one form that every question about it is asked of.
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it, and freed
-from the noise that it shares with others. A row is a
-hold of the accelerometer (its error along gravity), one axis of a hold of the gyroscope, one
-component of a rotation's closure, a mean magnitude of the magnetometer, or its dip.
+from the noise that it shares with others. A row is a hold of the accelerometer (its error along
+gravity), one axis of a hold of the gyroscope, one component of a rotation's closure, a mean
+magnitude of the magnetometer, or its dip.
 """
 
 from collections.abc import Sequence
@@ -76,6 +76,8 @@ class WhitenedResiduals:
         sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
         group: what is left out together: directions, or rotations; -1 for rows that always stay,
             shape (n,).
+        pose: number of each row's direction, within which repeats are compared, shape (n,).
+        repeats: rows whose repeats differ by noise alone, shape (n,).
         visit: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the

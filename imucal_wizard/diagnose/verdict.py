@@ -108,7 +108,7 @@ def ordered(shares: Mapping[_Key, float]) -> list[tuple[_Key, float]]:
     return sorted(shares.items(), key=lambda item: -item[1])
 
 
-def shares_of(hypotheses: HypothesisSet, posterior: Posterior) -> Shares:
+def _shares_of(hypotheses: HypothesisSet, posterior: Posterior) -> Shares:
     """Probability by label."""
     by_label: dict[Label, float] = defaultdict(float)
     by_hold: dict[int, float] = defaultdict(float)
@@ -273,7 +273,7 @@ def judge_misfit(
         posterior: their probabilities.
         hearing: what another sensor says of explanations, where there is one.
     """
-    shares = shares_of(hypotheses, posterior)
+    shares = _shares_of(hypotheses, posterior)
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     alone, best = shares, ExplainedVariance(misfit, hypotheses, posterior)
     heard = None if hearing is None else _heard(hearing, shares, best)
@@ -282,11 +282,11 @@ def judge_misfit(
         shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
     own = discriminability(misfit, hypotheses.frame)
     lack = misfit.lack_of_fit()
-    evidence = evidence_of(shares, best, own, lack)
+    evidence = _evidence_of(shares, best, own, lack)
     verdict, families = decide_verdict(evidence)
-    if {*families} - {DISTURBED} and beyond_all_effects(misfit, best):
+    if {*families} - {DISTURBED} and _beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
-    if {*families} - {DISTURBED} and leaves_structure(misfit, hypotheses, best, families, lack):
+    if {*families} - {DISTURBED} and _leaves_structure(misfit, hypotheses, best, families, lack):
         verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
@@ -344,7 +344,7 @@ def _heard(
     return hearing((*asked, *(one for one in alike if one not in asked)))
 
 
-def leaves_structure(
+def _leaves_structure(
     misfit: WhitenedResiduals,
     hypotheses: HypothesisSet,
     best: ExplainedVariance,
@@ -390,7 +390,7 @@ def share_left(before: LackOfFit, after: LackOfFit) -> float:
     return max(after.ratio**2 - 1.0, 0.0) / taken if taken > 0.0 else np.inf
 
 
-def beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
+def _beyond_all_effects(misfit: WhitenedResiduals, best: ExplainedVariance) -> bool:
     """Whether a magnetometer's misfit is not that of its effects, were there all of them at once.
 
     The field of a room is many times the noise, and some effect takes away a little of it. The
@@ -409,7 +409,7 @@ class Evidence:
         present: probability that each family takes part.
         taken: squares of the noise that each likely family takes away beside the others.
         strongest: the same for the likeliest effects together.
-        discriminability: of another characteristic, that no bent one imitates (see ``rivals``).
+        discriminability: see ``explained_variance.discriminability``.
         lack: whether measured noise makes what is left.
     """
 
@@ -425,7 +425,7 @@ class Evidence:
         return self.present[NOTHING] > MAX_NOISE_PROBABILITY
 
 
-def evidence_of(shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit) -> Evidence:
+def _evidence_of(shares: Shares, best: ExplainedVariance, own: float, lack: LackOfFit) -> Evidence:
     """Everything that the decision is made from."""
     present = shares.present()
     likely = sorted(set(present) - {NOTHING, UNKNOWN})

@@ -513,8 +513,8 @@ def _opinion(diagnosis: Diagnosis) -> Opinion:
     return diagnosis.findings.opinion
 
 
-def _degrees(value: float | None) -> str:
-    return quantity(None if value is None else float(np.radians(value)), "rad")
+def _degrees(value: float) -> str:
+    return quantity(float(np.radians(value)), "rad")
 
 
 def _capital(text: str) -> str:

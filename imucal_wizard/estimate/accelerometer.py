@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import group_directions, mean_directions, unit_vectors
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
@@ -328,7 +329,7 @@ def check_means(means: FloatArray) -> None:
     """
     if len(means) < MIN_HOLDS:
         raise DataError(
-            f"{len(means)} still position{'s' * (len(means) != 1)} found; at least six are needed. "
+            f"{plural(len(means), 'still position')} found; at least six are needed. "
             "Hold the device still for two seconds with each of its six faces up"
         )
     if not (np.abs(means) < MAX_READING).all():

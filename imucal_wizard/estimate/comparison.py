@@ -8,9 +8,9 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.field_quality import without_repeats
 

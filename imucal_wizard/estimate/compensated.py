@@ -23,8 +23,14 @@ LEFT_BEHIND = {"accelerometer": 2e-3 * STANDARD_GRAVITY, "gyroscope": np.radians
 """Bias that a compensation leaves, SI: 2 mg and 0.02 °/s."""
 LEFT_IN_MATRIX = {"accelerometer": 1.5e-3, "gyroscope": 3e-3}
 """Error of a gain, or of an angle in rad, that it leaves."""
-ORDINARY_RATE = np.radians(0.5)
-"""Bias of an ordinary gyroscope, rad/s, one standard deviation (datasheets: 0.3–5 °/s)."""
+ORDINARY_BIAS = {
+    "accelerometer": TYPICAL_SIZE[:3] * STANDARD_GRAVITY,
+    "gyroscope": np.full(3, np.radians(0.5)),
+}
+"""Bias of an ordinary sensor, SI, one standard deviation (datasheets of gyroscopes: 0.3–5 °/s)."""
+_BIAS_ENTRIES = {"accelerometer": slice(0, 3), "gyroscope": slice(9, 12)}
+"""Of the covariance of a fit."""
+_BIAS_UNIT = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
 ORDINARY_GAIN = 0.02
 """Error of its gains."""
 WORTH = 0.8
@@ -69,7 +75,7 @@ def noticed(fit: SensorFit) -> str:
         return ""
     matrix = _of_matrix(fit)
     whole = matrix is not None and matrix.nominal
-    largest = _bias_shown(fit, float(np.abs(bias.size).max()))
+    largest = quantity(max(float(np.abs(bias.size).max()), 1e-6), _BIAS_UNIT[fit.sensor], 2)
     if whole:
         what = f"bias (at most {largest}) and matrix are nominal within the accuracy of these data"
         return f"the {fit.sensor}'s {what}: {_ALREADY} {_worth(fit)} {_RAW[fit.sensor]}"
@@ -108,13 +114,12 @@ def _worth(fit: SensorFit) -> str:
 def _of_bias(fit: SensorFit) -> Deviation:
     """The bias as an input, ``M b``; for counts that needs no nominal scale."""
     covariance = np.asarray(fit.covariance)
-    rows = slice(0, 3) if fit.sensor == "accelerometer" else slice(9, 12)
-    ordinary = TYPICAL_SIZE[:3] * STANDARD_GRAVITY
+    rows = _BIAS_ENTRIES[fit.sensor]
     return Deviation(
         fit.matrix @ fit.bias,
         fit.matrix @ covariance[rows, rows] @ fit.matrix.T,
         np.full(3, LEFT_BEHIND[fit.sensor]),
-        ordinary if fit.sensor == "accelerometer" else np.full(3, ORDINARY_RATE),
+        ORDINARY_BIAS[fit.sensor],
     )
 
 
@@ -136,8 +141,3 @@ def _of_matrix(fit: SensorFit) -> Deviation | None:
     left = np.full(len(size), LEFT_IN_MATRIX[fit.sensor])
     inner = covariance[np.ix_(known, known)]
     return Deviation(size[known], inner, left[known], ordinary[known])
-
-
-def _bias_shown(fit: SensorFit, value: float) -> str:
-    rate = fit.sensor == "gyroscope"
-    return quantity(max(value, 1e-6) if rate else value, "rad/s" if rate else "m/s^2", 2)

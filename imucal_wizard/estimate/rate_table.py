@@ -11,7 +11,7 @@ which close against gravity, all nine gains are determined in the accelerometer'
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from imucal_wizard.core.units import COUNT, SI_UNIT
 from imucal_wizard.estimate.accelerometer import BASE, ENTRY_OF
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import report
+from imucal_wizard.estimate.fit_warnings import scale_notes
 from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.gyroscope import (
     MIN_REST_NOISE,
@@ -35,7 +36,6 @@ from imucal_wizard.estimate.gyroscope_fit import (
     determined_entries,
     of_determined,
 )
-from imucal_wizard.estimate.inertial import FitOptions, scale_notes
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.parameters import (
     nominal_angle,
@@ -63,6 +63,9 @@ from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
 from imucal_wizard.model.nominal_gains import Nominal
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import BIAS, ENTRIES, Parameters, RowLabels
+
+if TYPE_CHECKING:  # that module imports this one where there is a table
+    from imucal_wizard.estimate.recording import FitOptions
 
 ENTRY_NAMES = {
     0: "sensitivity_x",
@@ -355,8 +358,8 @@ def with_rate_table(
 
 def fit_with_table(
     readings: Readings,
-    options: FitOptions,
-    fit_without: Callable[[Readings, FitOptions], FitReport],
+    options: "FitOptions",
+    fit_without: "Callable[[Readings, FitOptions], FitReport]",
 ) -> FitReport:
     """Fit a recording on a rate table: the gyroscope by the table, the other sensors without it.
 

@@ -1,6 +1,7 @@
 """The whole fit: a recording, or what the wizard has collected, in, and a report out.
 
-What only a magnetometer needs is imported where there is one.
+Holds and rotations come from either; ``fit_holds`` makes the fits of accelerometer and gyroscope of
+them. What only a magnetometer needs is imported where there is one.
 """
 
 from collections.abc import Sequence
@@ -9,19 +10,56 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.accelerometer import accelerometer_experiment
+from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fit_warnings import (
+    accelerometer_warnings,
+    gyroscope_warnings,
+    rotation_warnings,
+)
+from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.hold_search import find_holds
-from imucal_wizard.estimate.inertial import FitOptions, fit_holds
-from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.methods import DEFAULTS
+from imucal_wizard.estimate.outliers import Outlier
+from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
-from imucal_wizard.measurement.holds import Collected, Rotation
+from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.segmentation import rotations_between
+from imucal_wizard.model.effect import ACCELEROMETER
 
 MIN_RECORDING_SECONDS, MAX_RECORDING_SECONDS = 60.0, 1800.0
 """A calibration by hand hardly takes less than the first, and hardly more than the second."""
 
-__all__ = ["FitOptions", "fit_collected", "fit_readings"]
+
+@dataclass(frozen=True)
+class FitOptions:
+    """What the user may choose about a fit.
+
+    Attributes:
+        gravity: local gravity, m/s².
+        method: the accelerometer's method.
+        gyroscope_method: ``vector``, ``static``, ``dynamic`` or ``offset``; which is the result.
+        magnetometer_method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
+        field: magnitude of the local magnetic field, µT, or None when it is not known.
+        rates: magnitudes of the constant rates of a rate table that turned the gyroscope, rad/s.
+        turns: magnitudes of the angles by which a turntable turned it between rests, rad.
+        left_out: spans, s, that neither holds nor rotations may be made of.
+    """
+
+    gravity: float = STANDARD_GRAVITY
+    method: str = "least_squares"
+    gyroscope_method: str = "vector"
+    magnetometer_method: str = "orthogonal"
+    field: float | None = None
+    rates: tuple[float, ...] = ()
+    turns: tuple[float, ...] = ()
+    left_out: tuple[tuple[float, float], ...] = ()
 
 
 def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
@@ -210,3 +248,131 @@ def _units(readings: Readings) -> dict[str, str]:
     if readings.gyroscope is not None:
         units["gyroscope"] = readings.gyroscope.unit
     return units
+
+
+def fit_holds(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    rates: dict[str, float],
+    units: dict[str, str],
+    options: FitOptions,
+    validation: Sequence[Hold],
+    warnings: tuple[str, ...],
+    readings: Readings | None = None,
+) -> FitReport:
+    """Fit accelerometer and gyroscope.
+
+    Args:
+        holds: still periods, in the order of time.
+        rotations: motions between neighbouring ones.
+        rates: samples per second of each sensor.
+        units: of the readings by sensor; a sensor that is not there is left out.
+        options: gravity and methods.
+        validation: holds that the fit must not see.
+        warnings: what is known already.
+        readings: what the holds were found in, where it is at hand.
+
+    Raises:
+        DataError: the holds do not carry a calibration.
+    """
+    accelerometer = fit_accelerometer(
+        holds, options.gravity, units["accelerometer"], options.method, readings
+    )
+    assert accelerometer.reference is not None  # noqa: S101 (narrows the type)
+    named = _with_poses(holds, accelerometer.reference.up)
+    rotations = [_between(rotation, named) for rotation in rotations]
+    odd: dict[str, str] = {}
+    if accelerometer.outlier is not None:
+        hold = named[accelerometer.outlier.index]
+        pose = f" ({hold.pose})" if hold.pose else ""
+        place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
+        odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
+    sensors = {"accelerometer": _validated(accelerometer, validation, options.gravity)}
+    notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
+    gyroscope: GyroscopeReport | None = None
+    if "gyroscope" in units:
+        gyroscope = fit_gyroscope(
+            named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method, readings
+        )
+        rotations = list(gyroscope.rotations)
+        notes += rotation_warnings(rotations)
+        if gyroscope.fit is not None:
+            sensors["gyroscope"] = gyroscope.fit
+            notes += gyroscope_warnings(gyroscope, units["gyroscope"], rates["gyroscope"])
+        notes += gyroscope.warnings
+        if gyroscope.outlier is not None:
+            bad = rotations[gyroscope.outlier.index]
+            place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
+            odd["gyroscope"] = _stands_out(place, gyroscope.outlier)
+    return FitReport(
+        gravity=options.gravity,
+        rates=rates,
+        holds=tuple(named),
+        rotations=tuple(rotations),
+        sensors=sensors,
+        comparison=() if gyroscope is None else gyroscope.comparison,
+        angles=() if gyroscope is None else gyroscope.angles,
+        warnings=tuple(dict.fromkeys(note for note in notes if note)),
+        outlier_notes=odd,
+    )
+
+
+def fit_accelerometer(
+    holds: Sequence[Hold],
+    gravity: float,
+    unit: str,
+    method: str = DEFAULTS[ACCELEROMETER],
+    readings: Readings | None = None,
+) -> SensorFit:
+    """The calibration of these holds without effects.
+
+    Args:
+        holds: still periods, in the order of time.
+        gravity: local gravity, m/s².
+        unit: of the readings, ``m/s^2`` or ``count``.
+        method: the default, or one of ``estimate.methods``.
+        readings: what the holds were found in, for the effects that are fitted to them later.
+
+    Raises:
+        DataError: the holds do not determine a calibration.
+        UsageError: no method of that name.
+    """
+    if method == DEFAULTS[ACCELEROMETER]:
+        return fit(accelerometer_experiment(holds, gravity, unit, readings))
+    from imucal_wizard.estimate.hold_magnitudes import fit_by_method
+
+    return fit_by_method(holds, gravity, unit, method)
+
+
+def _with_poses(holds: Sequence[Hold], directions: FloatArray) -> list[Hold]:
+    """The holds with the pose each was in, by the calibrated direction."""
+    return [
+        replace(hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
+        for hold, up in zip(holds, directions, strict=True)
+    ]
+
+
+def _between(rotation: Rotation, holds: Sequence[Hold]) -> Rotation:
+    """The rotation with its holds replaced by the named ones of the same times."""
+    places = {(hold.start, hold.end): hold for hold in holds}
+    before = places.get((rotation.before.start, rotation.before.end))
+    after = places.get((rotation.after.start, rotation.after.end))
+    if before is None or after is None:
+        return replace(rotation, problem=rotation.problem or "a hold at its end was not kept")
+    return replace(rotation, before=before, after=after)
+
+
+def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:
+    """The fit with its error on holds that it has not seen."""
+    if not holds:
+        return fit
+    readings = np.array([hold.accelerometer for hold in holds])
+    errors = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1) - gravity
+    return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))
+
+
+def _stands_out(place: str, outlier: Outlier) -> str:
+    return (
+        f"{place} does not fit with the others: its error is {outlier.ratio:.0f} times theirs. "
+        "Measure it again"
+    )

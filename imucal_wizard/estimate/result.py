@@ -301,7 +301,7 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class FitReport:
-    """Everything a fit found; the result screen, ``fit --json`` and the saved file all show this.
+    """Everything a fit found; the result screen, the JSON and the saved file all show this.
 
     Attributes:
         gravity: local gravity used, m/s².

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import Circumstances
@@ -38,7 +39,7 @@ def circumstances_of(
     return Circumstances(
         force=force,
         rate=np.zeros_like(force),
-        temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
+        temperature=np.array([or_nan(hold.temperature) for hold in holds]),
         time=middle - first_time(holds, readings),
         previous=_previous(force, labels),
         vibration=gain**2 * _vibration(holds, readings),
@@ -82,10 +83,6 @@ def first_time(holds: Sequence[Hold], readings: Readings | None) -> float:
     if readings is None or not len(readings):
         return holds[0].start
     return float(readings.accelerometer.time[0])
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value
 
 
 def _vibration(holds: Sequence[Hold], readings: Readings | None) -> FloatArray:

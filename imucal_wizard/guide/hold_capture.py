@@ -18,11 +18,11 @@ from imucal_wizard.core.limits.stillness import (
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
 )
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.guide.context import Context, StillRun
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.live_checks import reject_clipped
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
-from imucal_wizard.guide.wording import plural
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.holds import Collected, Hold, hold_from, slow_and_fast
 from imucal_wizard.measurement.rests import HoldBuilder

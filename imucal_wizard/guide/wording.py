@@ -38,8 +38,3 @@ def lay_down(face: str) -> str:
 def signed(degrees: float) -> str:
     """An angle with its sign: "−73°"."""
     return true_minus(f"{degrees:+.0f}°")
-
-
-def plural(count: int, word: str) -> str:
-    """A count with its noun."""
-    return f"{count} {word}" if count == 1 else f"{count} {word}s"

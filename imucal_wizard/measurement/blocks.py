@@ -17,6 +17,7 @@ from imucal_wizard.core.readings import (
     Readings,
     Series,
     join_readings,
+    join_series,
 )
 from imucal_wizard.core.records import dataclass
 
@@ -90,7 +91,7 @@ def join_blocks(parts: Sequence[Blocks]) -> Blocks:
     )
 
 
-def block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
+def _block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
     """Samples in a block at a sampling rate in Hz."""
     return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
 
@@ -133,7 +134,7 @@ class BlockCutter:
     """Cuts a stream into blocks and keeps the samples of an unfinished one."""
 
     def __init__(self, rate: float, seconds: float = BLOCK_SECONDS) -> None:
-        self.size = block_size(rate, seconds)
+        self.size = _block_size(rate, seconds)
         self._interval = 1.0 / rate
         self._rest: Readings | None = None
         self._last_time: float | None = None
@@ -186,13 +187,7 @@ class BlockCutter:
 
     def _keep_temperatures(self, new: Series | None) -> None:
         if new is not None and len(new):
-            known = self._temperatures
-            parts = [new] if known is None else [known, new]
-            self._temperatures = Series(
-                np.concatenate([part.time for part in parts]),
-                np.concatenate([part.values for part in parts]),
-                new.unit,
-            )
+            self._temperatures = join_series([self._temperatures, new])
 
     def _temperature(self, time: FloatArray) -> FloatArray:
         """The newest temperature at the end of each block; the value of a slow sensor is held."""

@@ -90,7 +90,7 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def flat_ends(values: FloatArray) -> FloatArray | None:
+def _flat_ends(values: FloatArray) -> FloatArray | None:
     """The ends of a range that a whole recording shows, shape (2, 3): lowest and highest readings.
 
     Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
@@ -164,7 +164,7 @@ def clipped_motions(
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
     ratios = _gravity_ratios(motions, unit)
-    ends = flat_ends(np.concatenate([one.rate for one in motions]))
+    ends = _flat_ends(np.concatenate([one.rate for one in motions]))
     axes = [
         clipped_axis(one.rate, one.rest, full_scale, unit)
         or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))

@@ -38,6 +38,7 @@ from imucal_wizard.core.limits.data_quality import (
     RESTART_GAP_SECONDS,
 )
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
 from imucal_wizard.core.statistics import (
     lengths,
@@ -58,7 +59,7 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
         return (f"there are only {len(readings)} samples",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
-    found += [missing_samples(readings.accelerometer.time)]
+    found += [_missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
     found += [clipping.clipped_range(sensor, series) for sensor, series in sensors]
@@ -71,7 +72,7 @@ def inertial_sensors(readings: Readings) -> list[tuple[str, Series]]:
     return [(name, series) for name, series in both if series is not None]
 
 
-def repeated_samples(readings: Readings) -> str:
+def _repeated_samples(readings: Readings) -> str:
     """Warning about samples that repeat the previous one on every axis."""
     same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
     share = float(np.mean(np.logical_and.reduce(same)))
@@ -84,7 +85,7 @@ def repeated_samples(readings: Readings) -> str:
     )
 
 
-def frozen_values(readings: Readings) -> str:
+def _frozen_values(readings: Readings) -> str:
     """Warning if no value ever changes."""
     if not all((one == one[0]).all() for one in _together(readings)):
         return ""
@@ -118,7 +119,7 @@ def dead_axes(sensor: str, series: Series) -> str:
     return ""
 
 
-def zero_rate(readings: Readings) -> str:
+def _zero_rate(readings: Readings) -> str:
     """Warning about a gyroscope that reads exactly zero while the accelerometer shows noise."""
     gyroscope = readings.gyroscope
     if gyroscope is None or not len(gyroscope):
@@ -147,7 +148,7 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
     if series.unit == COUNT:
         return ""
     values = series.values[:_STEPS_FROM]
-    step = smallest_step(values) if printed is None else printed
+    step = _smallest_step(values) if printed is None else printed
     limit = MAX_FORCE_STEP if sensor == "accelerometer" else MAX_RATE_STEP
     if not step > limit or _quietest_noise(values) * MAX_UNDITHERED_STEPS >= step:
         return ""
@@ -161,7 +162,7 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
     )
 
 
-def smallest_step(values: FloatArray) -> float:
+def _smallest_step(values: FloatArray) -> float:
     """Smallest step between distinct values of the axis with the finest resolution; 0 if none."""
     steps = []
     for axis in values.T:
@@ -182,7 +183,7 @@ def _quietest_noise(values: FloatArray) -> float:
     return float(np.sqrt(squares[squares.sum(axis=1).argmin()].max() / 2.0))
 
 
-def wrong_gravity(readings: Readings) -> str:
+def _wrong_gravity(readings: Readings) -> str:
     """Warning if the magnitude of gravity at rest does not fit the unit."""
     series = readings.accelerometer
     size = None if series.unit == COUNT else _gravity_at_rest(series)
@@ -228,7 +229,7 @@ def _feels_gravity(series: Series | None) -> bool:
     return near and float(np.std(sizes)) < 0.05 * size
 
 
-READINGS_CHECKS = (wrong_gravity, frozen_values, repeated_samples, zero_rate)
+READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate)
 """Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 
@@ -241,7 +242,7 @@ def _unit_taken_for_another(size: float) -> str:
     return ""
 
 
-def missing_samples(time: FloatArray) -> str:
+def _missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
     usual = median(steps) if len(steps) else 0.0
@@ -259,8 +260,7 @@ def missing_samples(time: FloatArray) -> str:
             " print its own time, or leave the column out and give the rate"
         )
     longest = gaps[np.argmax(steps[gaps])]
-    lost = int(np.round(ratios - 1.0).sum())
-    where = f"{len(gaps)} gap{'s' * (len(gaps) > 1)}"
+    lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
     return (
         f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
         f" {time[longest] - time[0]:.6g} s; rotations across a gap are not used"

@@ -93,7 +93,7 @@ def check_readings(readings: FloatArray) -> None:
             f"axis {' and '.join('xyz'[i] for i in still)} of the magnetometer always reads the "
             "same: it is dead or not connected"
         )
-    check_clipping(readings)
+    _check_clipping(readings)
     check_plane(readings)
 
 
@@ -220,7 +220,7 @@ def stuck_samples(readings: FloatArray) -> dict[str, BoolArray]:
     return out
 
 
-def check_clipping(readings: FloatArray) -> None:
+def _check_clipping(readings: FloatArray) -> None:
     """Refuse an axis that is clearly saturated.
 
     If the noise is at least about a step, the largest value is rarer than those just below it, even
@@ -242,7 +242,7 @@ def check_clipping(readings: FloatArray) -> None:
             continue
         step = median(np.diff(levels[: 2 + STUCK_NEIGHBOURS]))
         if _noise(values, there) > MIN_NOISE_STEPS * step:
-            raise saturation_error(name, there)
+            raise _saturation_error(name, there)
 
 
 def _noise(values: FloatArray, there: BoolArray) -> float:
@@ -270,10 +270,10 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     sigma = robust_deviation(distance[others])
     for name, there in stuck.items():
         if median(distance[there]) < -MIN_STUCK_DEPTH * sigma:
-            raise saturation_error(name, there)
+            raise _saturation_error(name, there)
 
 
-def saturation_error(name: str, there: BoolArray) -> DataError:
+def _saturation_error(name: str, there: BoolArray) -> DataError:
     """The error for a saturated axis.
 
     Args:

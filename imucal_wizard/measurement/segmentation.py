@@ -319,7 +319,7 @@ def rotations_between(
     rotations = []
     gravity = _gravity(holds)
     for before, after in itertools.pairwise(holds):
-        if same_rest(before, after, gravity):
+        if _same_rest(before, after, gravity):
             continue
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
@@ -347,7 +347,7 @@ def rotations_between(
     ]
 
 
-def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
+def _same_rest(before: Hold, after: Hold, gravity: float) -> bool:
     """Whether two neighbouring holds belong to one rest that was disturbed.
 
     Args:
@@ -364,7 +364,7 @@ def same_rest(before: Hold, after: Hold, gravity: float) -> bool:
 def rest_numbers(holds: Sequence[Hold]) -> IntArray:
     """Index of the rest to which each hold belongs, shape (n,)."""
     gravity = _gravity(holds)
-    new = [not same_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
+    new = [not _same_rest(before, after, gravity) for before, after in itertools.pairwise(holds)]
     return np.cumsum(np.array([0, *new][: len(holds)], np.int64))
 
 

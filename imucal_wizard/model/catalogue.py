@@ -144,7 +144,7 @@ class OwnEffect(Effect):
 
 
 def load_effect(path: Path | str, announce: Callable[[str], None] | None = None) -> Effect:
-    """The effect that a Python file defines, for ``--effects FILE``.
+    """The effect that a Python file of the user defines.
 
     Args:
         path: the file.

@@ -21,6 +21,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 
@@ -151,7 +152,7 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
     if best is not None:
         return _carried(len(directions), *best)
     raise DataError(
-        f"{len(directions)} distinct still position{'s' * (len(directions) != 1)} found; they do "
+        f"{plural(len(directions), 'distinct still position')} found; they do "
         "not carry even bias and one scale. Hold the device still with each of its six faces up"
     )
 

@@ -12,6 +12,7 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
@@ -33,8 +34,8 @@ from imucal_wizard.diagnose.recheck import (
     not_seen,
     recheck,
 )
+from imucal_wizard.estimate.fit_warnings import FAR, unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
-from imucal_wizard.estimate.inertial import FAR, unit_notes
 from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
 from imucal_wizard.estimate.table_steps import KnownRates
@@ -240,8 +241,8 @@ class CalibratedDevice:
             unit=sensor.bias_unit,
             covariance=np.zeros((ENTRIES, ENTRIES)),
             terms=tuple(one.known(self.settings.own) for one in sensor.effects),
-            reference_temperature=_or_nan(first.reference_temperature if first else None),
-            reference_time=_or_nan(first.reference_time if first else None),
+            reference_temperature=or_nan(first.reference_temperature if first else None),
+            reference_time=or_nan(first.reference_time if first else None),
             temperature=temperature,
             coefficient=_coefficient(name, sensor),
             scale_coefficient="scale-temperature" in sensor.model,
@@ -438,7 +439,3 @@ def _seat(sensor: Sensor, unit: str) -> float:
         return 0.0
     own = floor**2 if sensor.unit == unit else 0.0
     return max(sensor.repeatability**2 - own, 0.0)
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value

@@ -1,8 +1,8 @@
 """The calibration on disk: versioned JSON with units that reads back to the same numbers.
 
 ``load(path)["accelerometer"].apply(readings)`` corrects readings with what the file holds; nothing
-else is needed. The same ``Sensor`` record is the sensor's part of ``fit --json`` and the result of
-``calibrate`` in Python, so that all of them give the same figures.
+else is needed. The same ``Sensor`` record is the sensor's part of the JSON of ``fit`` and the
+result of ``calibrate`` in Python, so that all of them give the same figures.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,6 +16,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.input import read_document
 from imucal_wizard.core.output import encode_json, write_atomically
+from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import worse_than_none
 from imucal_wizard.model.catalogue import effect
@@ -245,8 +246,8 @@ class Sensor(msgspec.Struct, frozen=True):
         terms = [one.known(own) for one in self.effects]
         where = replace(
             _readings_alone(first.sensor, terms, len(readings)) if where is None else where,
-            reference_temperature=_or_nan(first.reference_temperature),
-            reference_time=_or_nan(first.reference_time),
+            reference_temperature=or_nan(first.reference_temperature),
+            reference_time=or_nan(first.reference_time),
         )
         sizes = np.concatenate([one.sizes for one in self.effects])
         return corrected((matrix, bias), Terms(first.sensor, terms), sizes, readings, where)
@@ -263,10 +264,6 @@ def _readings_alone(sensor: str, terms: Sequence[Term], count: int) -> Circumsta
             )
     unknown, nothing = np.full(count, np.nan), np.zeros((count, 3))
     return Circumstances(nothing, nothing, unknown, np.zeros(count), nothing, np.zeros(count))
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value
 
 
 class Device(msgspec.Struct, frozen=True):
@@ -424,7 +421,7 @@ class Calibration(msgspec.Struct, frozen=True):
         return Circumstances(
             force=force,
             rate=np.zeros_like(force),
-            temperature=np.array([_or_nan(hold.temperature) for hold in holds]),
+            temperature=np.array([or_nan(hold.temperature) for hold in holds]),
             time=np.array([self._time(hold) for hold in holds]),
             previous=previous,
             vibration=np.array([hold.vibration or 0.0 for hold in holds]),

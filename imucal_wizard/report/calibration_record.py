@@ -151,7 +151,7 @@ def described(
         about.device or before.name,
         about.serial or before.serial,
         stream_format or before.format,
-        before.ranges or measured_ranges(calibration),
+        before.ranges or _measured_ranges(calibration),
         about.chip or before.chip,
     )
     place = {"name": about.place} if about.place else {}
@@ -182,7 +182,7 @@ def located(calibration: Calibration, where: Location) -> Calibration:
     return msgspec.structs.replace(calibration, place=calibration.place | place)
 
 
-def measured_ranges(calibration: Calibration) -> dict[str, str]:
+def _measured_ranges(calibration: Calibration) -> dict[str, str]:
     """Smallest and largest reading that the calibration rests on, by sensor."""
     readings = {
         "accelerometer": [hold.accelerometer for hold in calibration.hold_means],

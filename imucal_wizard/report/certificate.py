@@ -140,10 +140,10 @@ def expanded(value: Value, sensor: Sensor) -> float | None:
     error = value.standard_error
     if error is None or not value.carried or not math.isfinite(error):
         return None
-    return coverage_factor(sensor) * error
+    return _coverage_factor(sensor) * error
 
 
-def coverage_factor(sensor: Sensor) -> float:
+def _coverage_factor(sensor: Sensor) -> float:
     """Factor k for a coverage of 95 %: Student's quantile (JCGM 100, table G.2)."""
     freedom = sensor.degrees_of_freedom
     return quantile(COVERAGE, min(freedom, MAX_DEGREES)) if freedom else USUAL_FACTOR
@@ -258,7 +258,7 @@ def _summary_notes(calibration: Calibration) -> list[str]:
 def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
     """What the report says of one sensor."""
     sensor = calibration[name]
-    freedom, factor = sensor.degrees_of_freedom, coverage_factor(sensor)
+    freedom, factor = sensor.degrees_of_freedom, _coverage_factor(sensor)
     degrees = (
         "unknown degrees of freedom"
         if not freedom

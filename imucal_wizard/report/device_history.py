@@ -44,7 +44,7 @@ def save_in_history(
         return says
     with Catalogue(folder or default_directory()) as catalogue:
         try:
-            calibration = with_as_found(calibration, catalogue)
+            calibration = _with_as_found(calibration, catalogue)
         except ImucalError as error:  # the calibration before is damaged or of another kind
             says.append(f"as found is not known: {error}")
         calibration.save(path, force=force)
@@ -63,7 +63,7 @@ def saved_text(calibration: Calibration, path: Path, *, force: bool = False) -> 
     return f"saved: {path}{without}"
 
 
-def with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:
+def _with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:
     """The calibration with its error by the one before, of each sensor that has both.
 
     Raises:
@@ -112,9 +112,9 @@ def _calibration_before(calibration: Calibration, catalogue: Catalogue) -> Path 
     history = history_of(calibration, catalogue)
     if history is None:
         return None
-    own = own_key(calibration)
+    key = own_key(calibration)
     when = seconds_of(calibration.date) or math.inf
     earlier = [
-        one.path for one in history.calibrations if one.measurement != own and one.measured <= when
+        one.path for one in history.calibrations if one.measurement != key and one.measured <= when
     ]
     return earlier[-1] if earlier else None

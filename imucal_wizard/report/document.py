@@ -55,7 +55,7 @@ def fit_document(
         **(
             {}
             if report.second_stage is None
-            else {"second_stage": second_stage_document(report.second_stage)}
+            else {"second_stage": _second_stage_document(report.second_stage)}
         ),
         "comparison": [fields_of(row) for row in report.comparison],
     }
@@ -110,7 +110,7 @@ def _hold(hold: Hold, report: FitReport) -> dict[str, Any]:
     }
 
 
-def second_stage_document(stage: SecondStage) -> dict[str, Any]:
+def _second_stage_document(stage: SecondStage) -> dict[str, Any]:
     """The second stage, in rad and s."""
     alignment, added, headings = stage.alignment, stage.added, stage.headings
     return {

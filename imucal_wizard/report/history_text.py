@@ -14,6 +14,7 @@ from imucal_wizard.core.quantities import (
     finite_or_none,
     fixed,
     number,
+    plural,
     plus_minus,
     quantity,
     readable,
@@ -22,7 +23,6 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.guide.kinds import TITLES, StepKind
-from imucal_wizard.guide.wording import plural
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.tables import fitting_widths, table_row
 from imucal_wizard.report.text import TEXT_COLUMNS
@@ -34,8 +34,6 @@ SESSIONS_SCHEMA = "imucal-wizard/sessions/1"
 DEVICES_SCHEMA = "imucal-wizard/devices/1"
 MARKED = 0.01
 """Probability by chance below which a drift is marked."""
-OVER = ("date", "temperature")
-"""What a parameter is plotted over."""
 _SESSION_WIDTHS = (-19, -16, -9, -5, -10, -16)
 _WORST_FIRST = (Grade.NOT_USABLE, Grade.DOUBTFUL, Grade.GOOD)
 
@@ -145,8 +143,13 @@ def _device(one: KnownDevice) -> dict[str, Any]:
     }
 
 
-def history_text(history: DeviceHistory) -> str:
-    """The history of a device: as found, as left, drift of each parameter, rechecks, sessions."""
+def history_text(history: DeviceHistory, columns: int = TEXT_COLUMNS) -> str:
+    """The history of a device: as found, as left, drift of each parameter, rechecks, sessions.
+
+    Args:
+        history: of the device.
+        columns: at which sentences are wrapped.
+    """
     device = history.device
     about = [device.name, f"serial {device.serial}" if device.serial else "", device.chip]
     blocks = ["   ".join(one for one in (*about, device.format) if one)]
@@ -157,7 +160,7 @@ def history_text(history: DeviceHistory) -> str:
         indent = sum(map(abs, _RECHECK_WIDTHS)) + len(_RECHECK_WIDTHS)
         for one in history.rechecks:
             says = str(one.document.get("says") or "").splitlines()
-            text, room = says[0] if says else "", TEXT_COLUMNS - indent
+            text, room = says[0] if says else "", columns - indent
             first, *others = textwrap.wrap(text, room, break_on_hyphens=False) or [""]
             cells = (date_text(one.checked), one.verdict.upper(), first)
             rows.append(table_row(cells, _RECHECK_WIDTHS))

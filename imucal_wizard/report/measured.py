@@ -17,6 +17,7 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
+from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.result import FitReport
@@ -129,7 +130,7 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         Args:
             rates: corrected mean rate over each interval, rad/s, shape (k, 3).
         """
-        return reintegrated(np.array(self.edges), rates)
+        return _reintegrated(np.array(self.edges), rates)
 
 
 class FieldMean(msgspec.Struct, frozen=True):
@@ -266,7 +267,7 @@ def wrong_measurements(
     return ""
 
 
-def reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
+def _reintegrated(edges: FloatArray, rates: FloatArray) -> FloatArray:
     """Rotation up to each edge by mean rates over intervals, shape (k + 1, 3, 3); see the module.
 
     Args:
@@ -300,7 +301,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             magnetometer=fields.get(row),
             time=None if where is None else float(where.time[row]),
             previous=None if where is None else _direction(where.previous[row]),
-            vibration=None if where is None else _number(where.vibration[row]),
+            vibration=None if where is None else finite_or_none(where.vibration[row]),
             samples=hold.samples,
             noise_freedom=hold.noise_freedom,
             accelerometer_scatter=_listed(hold.accelerometer_scatter),
@@ -349,7 +350,7 @@ def increments_of(
         rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
         edges, parts = time[rows], np.diff(whole[rows], axis=0)
         rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
-        away = true.T @ reintegrated(edges, rates)[-1]
+        away = true.T @ _reintegrated(edges, rates)[-1]
         # sine of the angle times the axis
         off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
         if off < MAX_INCREMENT_ERROR:
@@ -376,8 +377,8 @@ def field_means(report: FitReport) -> list[FieldMean]:
             reading=pieces.reading[row].tolist(),
             shortened=float(pieces.extra[row]),
             samples=int(pieces.count[row]),
-            temperature=_number(pieces.beside[row, 0]),
-            current=_number(pieces.beside[row, 1]),
+            temperature=finite_or_none(pieces.beside[row, 0]),
+            current=finite_or_none(pieces.beside[row, 1]),
         )
         for row in rows
     ]
@@ -409,10 +410,6 @@ def _rounded(values: FloatArray) -> list[list[float]]:
 
 def _direction(vector: FloatArray) -> list[float] | None:
     return _listed(vector / np.linalg.norm(vector)) if np.isfinite(vector).all() else None
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _listed(values: FloatArray | None) -> Any:  # lists as deep as the array

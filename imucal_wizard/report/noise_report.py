@@ -253,7 +253,7 @@ def noise_text(result: NoiseResult, width: int = 80, height: int = 14) -> str:
         width: columns of the plots.
         height: rows of each plot.
     """
-    lines = [f"{time_in_words(result.seconds)} in all"]
+    lines = [f"{_time_in_words(result.seconds)} in all"]
     for name, sensor in result.sensors.items():
         lines += ["", *_sensor_lines(name, sensor, width, height)]
     warm = result.temperature
@@ -276,9 +276,9 @@ def noise_text(result: NoiseResult, width: int = 80, height: int = 14) -> str:
 def _sensor_lines(name: str, sensor: SensorAtRest, width: int, height: int) -> list[str]:
     usual = usual_units(sensor.unit)
     head = f"{name.upper()}  {number(1.0 / sensor.period, 4)} samples/s, "
-    lines = [head + f"{time_in_words(sensor.seconds)} at rest"]
+    lines = [head + f"{_time_in_words(sensor.seconds)} at rest"]
     lines += [
-        f"▲ motion at {time_in_words(one.start)} for {number(one.end - one.start, 2)} s "
+        f"▲ motion at {_time_in_words(one.start)} for {number(one.end - one.start, 2)} s "
         f"({one.axis}: {number(one.ratio, 2)} × its usual scatter); left out"
         for one in sensor.disturbances[:MAX_NAMED]
     ]
@@ -379,7 +379,7 @@ def _program_lines(sensor: SensorAtRest) -> list[str]:
     return lines
 
 
-def time_in_words(seconds: float) -> str:
+def _time_in_words(seconds: float) -> str:
     """A time in hours, minutes and seconds: ``1 h 02 min``, ``3 min 20 s``, ``12 s``."""
     whole = round(seconds)
     hours, minutes = whole // 3600, whole // 60 % 60
@@ -396,5 +396,5 @@ def progress_line(
     for tau in taus:
         until = max(one.seconds_until_known(tau) - seconds * one.rest for one in sensors.values())
         at = f"τ {number(tau, 1) if tau < 1 else fixed(tau, 0)} s"
-        parts.append(f"{at} known" if until <= 0.0 else f"{at} in {time_in_words(until)}")
-    return f"{time_in_words(seconds)}: " + " · ".join(parts)
+        parts.append(f"{at} known" if until <= 0.0 else f"{at} in {_time_in_words(until)}")
+    return f"{_time_in_words(seconds)}: " + " · ".join(parts)

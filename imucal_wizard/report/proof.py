@@ -1,10 +1,9 @@
 """The errors of any correction on what a calibration file has measured.
 
-Of the accelerometer that of the magnitude of gravity over the holds, of the gyroscope the angle
-between carried and measured gravity over the rotations (that of each step, where a rate table alone
-calibrated it), of the magnetometer that of the field's
-magnitude. A correction is any function of readings, so that the one of another program is judged as
-the calibration itself is.
+Accelerometer: the error of the magnitude of gravity over the holds. Gyroscope: the angle between
+carried and measured gravity over the rotations, or the error of the angle of each step where a rate
+table alone calibrated it. Magnetometer: the error of the field's magnitude. A correction is any
+function of readings, so that the one of another program is judged as the calibration itself is.
 
 ``contradiction`` compares what a file states several times: parameters and matrices, errors and
 measurements, figures and grades.
@@ -18,14 +17,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.quantities import number, quantity
+from imucal_wizard.core.quantities import number, or_nan, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.gauge import symmetric
 from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.result import beyond_limit
-from imucal_wizard.model.effect import DATA_SHEET_UNIT, Circumstances
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.report.measured import RotationIncrements
 
 if TYPE_CHECKING:  # that module asks for contradictions
@@ -230,12 +229,12 @@ class Proof:
         where = Circumstances(
             force=nothing,
             rate=nothing,
-            temperature=np.array([_or_nan(one.temperature) for one in means]),
+            temperature=np.array([or_nan(one.temperature) for one in means]),
             time=np.array([one.time for one in means]) - means[0].time,
             previous=np.full((count, 3), np.nan),
             vibration=np.zeros(count),
             magnetic=nothing,
-            current=np.array([_or_nan(one.current) for one in means]),
+            current=np.array([or_nan(one.current) for one in means]),
         )
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
@@ -246,17 +245,8 @@ class Proof:
         return np.asarray(size - size.mean())
 
 
-def force_in_g(where: Circumstances) -> FloatArray:
-    """The force in g, as data sheets quote effects, shape (n, 3)."""
-    return np.asarray(where.force / DATA_SHEET_UNIT["accelerometer"])
-
-
 def _unit(vectors: FloatArray) -> FloatArray:
     return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
-
-
-def _or_nan(value: float | None) -> float:
-    return np.nan if value is None else value
 
 
 def contradiction(calibration: "Calibration") -> str:

@@ -73,7 +73,7 @@ def recheck_text(found: Recheck, calibration: Calibration) -> str:
         calibration: whose.
     """
     date = calibration.date[:10]
-    lines = [f"{found.verdict.word}  after {found.seconds:.0f} s", ""]
+    lines = [f"{found.verdict.word}  {checked_text(found, calibration)}", ""]
     for name, one in found.sensors.items():
         words = f"{quantity(one.error, one.unit):>12}, limit {quantity(one.limit, one.unit)}"
         lines.append(f"  {one.verdict.word:12} {name:14}{words}")
@@ -83,6 +83,13 @@ def recheck_text(found: Recheck, calibration: Calibration) -> str:
         lines += [f"{'':13}{text}" for text in seen_text(one)]
     says = textwrap.fill(found.says, TEXT_COLUMNS, break_on_hyphens=False)
     return "\n".join([*lines, "", says])
+
+
+def checked_text(found: Recheck, calibration: Calibration) -> str:
+    """How long the check took, and against which calibration."""
+    named = calibration.device_name
+    whose = f"of {named}, " if named else "of "
+    return f"after {found.seconds:.0f} s, against the calibration {whose}{calibration.date[:10]}"
 
 
 def change_text(moved: MovedParameter) -> str:

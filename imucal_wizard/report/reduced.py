@@ -29,7 +29,7 @@ SAMPLES_PER_INTERVAL = 4
 """Of a rotation that is made of its increments again."""
 
 
-def no_effect(_one: SavedEffect) -> bool:
+def _no_effect(_one: SavedEffect) -> bool:
     """Of a program without effects."""
     return False
 
@@ -44,7 +44,7 @@ class Kept:
     """
 
     base: tuple[str, ...] = BASE
-    takes: Callable[[SavedEffect], bool] = no_effect
+    takes: Callable[[SavedEffect], bool] = _no_effect
 
     def lost_base(self, sensor: Sensor) -> list[str]:
         """Terms of the base model that the program does not have."""
@@ -116,7 +116,7 @@ def _gyroscope(calibration: Calibration, base: list[str], terms: list[Term]) -> 
     every = _terms(calibration["accelerometer"], Kept(takes=lambda _one: True))
     accelerometer = _accelerometer(calibration, list(BASE), every)
     holds = [one.hold() for one in calibration.hold_means]
-    rotations = [rotation_of(one, holds) for one in calibration.rotation_increments]
+    rotations = [_rotation_of(one, holds) for one in calibration.rotation_increments]
     unit = calibration["gyroscope"].bias_unit
     near = np.array(calibration["gyroscope"].matrix)
     found = gyroscope_minimum(holds, rotations, accelerometer, unit, near=near)
@@ -182,7 +182,7 @@ def _check(there: bool) -> None:
         )
 
 
-def rotation_of(one: RotationIncrements, holds: list[Hold]) -> Rotation:
+def _rotation_of(one: RotationIncrements, holds: list[Hold]) -> Rotation:
     """A rotation whose samples have the increments of the file.
 
     The rate is the derivative of a cubic spline through the integrated reading.

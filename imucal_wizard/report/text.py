@@ -58,7 +58,7 @@ def summary(
         could_be = known[name].could_be if name in known else None
         lines += ["", *_sensor(name, fit, could_be)]
         if fit.of_table:
-            lines += table_lines(fit)
+            lines += _table_lines(fit)
     if report.magnetic is not None:
         lines += field_lines(report.magnetic, report.sensors["magnetometer"])
     if report.second_stage is not None:
@@ -137,7 +137,7 @@ def correction_text(calibration: "Calibration") -> str:
     return "\n".join(lines)
 
 
-def table_lines(fit: SensorFit) -> list[str]:
+def _table_lines(fit: SensorFit) -> list[str]:
     """What a rate table did, how well it fits, and what the matrix then means."""
     from imucal_wizard.report.table_document import steps_of_table
 

@@ -19,7 +19,7 @@ _STAYS = {"px4": "; the biases that its estimator has found stay subtracted: res
 SENSORS_OF_VEHICLE = ("accelerometer", "gyroscope")
 
 
-def present_axes(autopilot: str, parameters: Mapping[str, float]) -> dict[str, Axes]:
+def _present_axes(autopilot: str, parameters: Mapping[str, float]) -> dict[str, Axes]:
     """The correction of each sensor of a vehicle's first IMU.
 
     Args:
@@ -40,9 +40,9 @@ def present_axes(autopilot: str, parameters: Mapping[str, float]) -> dict[str, A
 def undoing(autopilot: str, parameters: Mapping[str, float]) -> Callable[[FloatArray], FloatArray]:
     """From accelerations and rates as the vehicle sends them, (n, 6), to those of the bare sensor.
 
-    The arguments and errors are those of ``present_axes``.
+    The arguments and errors are those of ``_present_axes``.
     """
-    both = present_axes(autopilot, parameters)
+    both = _present_axes(autopilot, parameters)
     first, second = (both[sensor] for sensor in SENSORS_OF_VEHICLE)
 
     def undo(sent: FloatArray) -> FloatArray:
@@ -54,7 +54,7 @@ def undoing(autopilot: str, parameters: Mapping[str, float]) -> Callable[[FloatA
 def undone_text(autopilot: str, parameters: Mapping[str, float]) -> str:
     """What was undone, in a sentence."""
     corrections = []
-    for sensor, axes in present_axes(autopilot, parameters).items():
+    for sensor, axes in _present_axes(autopilot, parameters).items():
         offset, scale = (
             ", ".join(number(one, 4) for one in each) for each in (axes.offset, axes.scale)
         )

@@ -251,19 +251,44 @@ class Catalogue:
         )
         return [(row[0], KnownDevice(*row[1:])) for row in rows]
 
-    def history(self, device: str) -> DeviceHistory:
+    def history(self, device: str | KnownDevice) -> DeviceHistory:
         """The history of a device.
 
         Args:
-            device: its name or serial number, in capitals or not.
+            device: its name or serial number, in capitals or not; or one of ``devices``, which
+                distinguishes devices of one name.
 
         Raises:
             UsageError: there is no such device, or there are several.
         """
         return self._asked(lambda: self._history(device))
 
-    def _history(self, device: str) -> DeviceHistory:
-        wanted, known = sanitise(device).casefold(), self._devices()
+    def _history(self, device: str | KnownDevice) -> DeviceHistory:
+        known = self._devices()
+        if isinstance(device, KnownDevice):
+            number, found = self._listed(device, known)
+        else:
+            number, found = self._named(device, known)
+        return DeviceHistory(
+            found,
+            tuple(self._calibrations(number)),
+            tuple(self._rechecks(number)),
+            tuple(reversed(self._sessions("WHERE device = ?", number))),
+        )
+
+    @staticmethod
+    def _listed(
+        device: KnownDevice, known: list[tuple[int, KnownDevice]]
+    ) -> tuple[int, KnownDevice]:
+        """The device of the list that has this name and serial number."""
+        for number, one in known:
+            if (one.name, one.serial) == (device.name, device.serial):
+                return number, one
+        raise UsageError(f"the device {device.name} is no longer in the catalogue")
+
+    def _named(self, device: str, known: list[tuple[int, KnownDevice]]) -> tuple[int, KnownDevice]:
+        """The device of this name or serial number."""
+        wanted = sanitise(device).casefold()
         same = [one for one in known if one[1].serial.casefold() == wanted] or [
             one for one in known if one[1].name.casefold() == wanted
         ]
@@ -281,13 +306,7 @@ class Catalogue:
                 f"{len(same)} devices have the name {sanitise(device)!r}: give one of their serial"
                 f" numbers, {serials}"
             )
-        number, found = same[0]
-        return DeviceHistory(
-            found,
-            tuple(self._calibrations(number)),
-            tuple(self._rechecks(number)),
-            tuple(reversed(self._sessions("WHERE device = ?", number))),
-        )
+        return same[0]
 
     def sessions(self) -> list[SessionInfo]:
         """All sessions, newest first; those that cannot be resumed have the reason."""

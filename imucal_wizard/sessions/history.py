@@ -1,6 +1,7 @@
 """The history of a device: its calibrations, rechecks and sessions, as the catalogue lists them."""
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,15 @@ class KnownDevice:
     rechecks: int = 0
     sessions: int = 0
     last: float = 0.0
+
+
+def distinct_names(devices: Sequence[KnownDevice]) -> list[str]:
+    """The names of devices, with the serial number where several have the same name."""
+    count = Counter(one.name.casefold() for one in devices)
+    return [
+        f"{one.name} {one.serial}".rstrip() if count[one.name.casefold()] > 1 else one.name
+        for one in devices
+    ]
 
 
 @dataclass(frozen=True)

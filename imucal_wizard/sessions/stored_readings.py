@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.measurement.holds import Hold

@@ -1,8 +1,8 @@
 """The virtual hand: it holds, rotates and lays down the device with a known true motion.
 
-Commands come from keys (``turn``, ``snap_to``, ``tremble``), from a script (``perform``), or from
-the procedure's instructions (``follow``). The hand executes them one after the other at sample
-times, when ``advance`` makes the samples. A lock admits keys from another thread.
+Commands come from the operator (``turn``, ``snap_to``, ``tremble``), from a script (``perform``),
+or from the procedure's instructions (``follow``). The hand executes them one after the other at
+sample times, when ``advance`` makes the samples. A lock admits commands from another thread.
 """
 
 import threading

@@ -339,12 +339,15 @@ class WizardServices:
 
     def calibrations(self) -> list[SourceChoice]:
         """The newest calibration of each device, to check it against."""
+        from imucal_wizard.sessions.history import distinct_names
+
         found = []
         with self._catalogue() as catalogue:
-            for device in catalogue.devices():
-                past = catalogue.history(device.name).calibrations
+            devices = catalogue.devices()
+            for device, name in zip(devices, distinct_names(devices), strict=True):
+                past = catalogue.history(device).calibrations
                 if past:
-                    title = f"recheck {device.name}"
+                    title = f"recheck {name}"
                     calibrated = day_text(past[-1].measured)
                     detail = f"GO or NO-GO in a minute; calibrated {calibrated}"
                     kind = SourceKind.RECHECK
@@ -376,7 +379,8 @@ class WizardServices:
         folder, checked = self.sources.directory(), self.sources.description
         history = kept_recheck(known, found, document, folder, checked)
         undone = [self.sources.undone] if self.sources.undone else []
-        says = recheck_text(found, known.calibration), *undone, *history
+        last = recheck_line(found, known.calibration, path, self._options.port)
+        says = recheck_text(found, known.calibration), *undone, *history, last
         return found, known.calibration, Saved(path, says, status=int(found.verdict != "go"))
 
     def targets(self) -> "Sequence[ExportTarget]":
@@ -435,7 +439,7 @@ class WizardServices:
     def history(self, device: "KnownDevice") -> "DeviceHistory":
         """The history of a device."""
         with self._catalogue() as catalogue:
-            return catalogue.history(device.serial or device.name)
+            return catalogue.history(device)
 
     def _catalogue(self) -> "Catalogue":
         from imucal_wizard.sessions.catalogue import Catalogue
@@ -481,9 +485,29 @@ def last_line(
     return f"{'; '.join(states) or 'saved without a verdict'}. Next: {following}"
 
 
+def recheck_line(found: "Recheck", calibration: "Calibration", path: Path, port: str | None) -> str:
+    """The verdict of a recheck, and what to type next.
+
+    Args:
+        found: the recheck.
+        calibration: whose device it is.
+        path: its file.
+        port: of the device, if the command line names it.
+    """
+    there = f" --port {shlex.quote(port)}" if port else ""
+    following = {
+        "go": f"export {shlex.quote(str(path))} --to TARGET",
+        "no-go": there.strip(),
+        "insufficient": f"recheck {shlex.quote(str(path))}{there}",
+    }[found.verdict]
+    if found.verdict == "go" and calibration.device_name:
+        following = f"devices {shlex.quote(calibration.device_name)}"
+    return f"{found.verdict.word}. Next: imucal-wizard {following}".rstrip()
+
+
 def _kept(session: "SessionInfo") -> SourceChoice:
     """A session as a source, to continue it or to open its result again."""
-    from imucal_wizard.guide.wording import plural
+    from imucal_wizard.core.quantities import plural
     from imucal_wizard.report.history_text import session_state
     from imucal_wizard.tui.text import clock
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # all of these import numpy, which waits until after the firs
     from imucal_wizard.report.calibrated_device import CalibratedDevice
     from imucal_wizard.run.engine import Engine
     from imucal_wizard.run.procedure_settings import ProcedureSettings
-    from imucal_wizard.run.pump import Link
+    from imucal_wizard.run.reader import Link
     from imucal_wizard.run.session_replay import ResumedSession
     from imucal_wizard.run.snapshot import Snapshot
     from imucal_wizard.simulate.imu import VirtualImu
@@ -248,8 +248,7 @@ class SourceOpener:
         return Reader(imu, engine)
 
     def _reader(self, port: str) -> SampleSource:
-        from imucal_wizard.run.pump import Pump
-        from imucal_wizard.run.reader import Reader
+        from imucal_wizard.run.reader import Pump, Reader
         from imucal_wizard.sessions import remove_session
 
         about = {"kind": "port", "port": port, "baud": self._options.baud}
@@ -362,8 +361,7 @@ class SourceOpener:
 
     def _opened_again(self, resumed: "ResumedSession") -> SampleSource:
         """Open the source of a session again; a device may be at another port now."""
-        from imucal_wizard.run.pump import Pump
-        from imucal_wizard.run.reader import Reader
+        from imucal_wizard.run.reader import Pump, Reader
 
         about, path, options = resumed.about, resumed.session.path, self._options
         virtual = about.get("kind") == "virtual"
@@ -390,7 +388,7 @@ class SourceOpener:
                 raise RecordingError(f"there is no file {path}; check the path")
         if len(paths) == 1 and is_session(paths[0]):
             return self._session_player(paths[0])
-        from imucal_wizard.acquire.files import read_files
+        from imucal_wizard.acquire.files.recording_files import read_files
         from imucal_wizard.acquire.files.session_salvage import corrections_note
         from imucal_wizard.run.engine import Engine
         from imucal_wizard.run.player import Player, ReadingsTape

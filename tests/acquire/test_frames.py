@@ -22,7 +22,8 @@ from imucal_wizard.acquire.decode.frames import (
     FrameShape,
 )
 from imucal_wizard.acquire.decode.witmotion import SHAPE
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import LINK_BREAK, Intake
 from imucal_wizard.acquire.listen import listen_to_port
 from imucal_wizard.acquire.ports import PortInfo

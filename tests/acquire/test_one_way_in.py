@@ -10,7 +10,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings

@@ -5,8 +5,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from imucal_wizard.acquire.listen import listen_to_port, listen_to_ports, ports_report
+from imucal_wizard.acquire.listen import listen_to_port, listen_to_ports
 from imucal_wizard.acquire.ports import PortInfo
+from imucal_wizard.cli.ports import ports_text
 from tests.acquire.ports import Pty
 from tests.acquire.streams import HEADER, at_rest, printed
 
@@ -45,7 +46,7 @@ def test_a_speaking_port_is_told_with_format_and_columns() -> None:
 def test_a_silent_and_a_missing_port_say_so_and_fail_nothing() -> None:
     silent = Pty()
     ports = [PortInfo(silent.path, "quiet board"), PortInfo("/dev/ttyNOTHERE")]
-    report = ports_report(lambda: ports)
+    report = ports_text(listen_to_ports(lambda: ports))
     assert "silent" in report
     assert "There is no port /dev/ttyNOTHERE" in report
     assert "quiet board" in report
@@ -73,4 +74,4 @@ def test_garbage_is_tried_at_other_speeds_and_then_explained() -> None:
 
 def test_without_ports_the_virtual_imu_is_named() -> None:
     assert listen_to_ports(list) == []
-    assert "virtual IMU" in ports_report(list)
+    assert "virtual IMU" in ports_text([])

@@ -7,8 +7,8 @@ import pytest
 
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import full_parameters
+from imucal_wizard.estimate.recording import fit_accelerometer
 from tests.estimate.motions import hand_turns, recorded
 from tests.estimate.truth import (
     EIGHTEEN,

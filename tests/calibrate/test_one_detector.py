@@ -8,7 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.limits.stillness import VARIANCE_FACTORS
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.guide.plan import Procedure, standard

@@ -21,8 +21,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
-from imucal_wizard.estimate.inertial import FitOptions
-from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import Circumstances

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
-from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_readings
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.measurement.holds import Rotation

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import FloatArray, Series

@@ -8,8 +8,12 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
-from imucal_wizard.estimate.inertial import fit_accelerometer
-from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
+from imucal_wizard.estimate.recording import (
+    FitOptions,
+    fit_accelerometer,
+    fit_collected,
+    fit_readings,
+)
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.measurement.holds import Collected, Rotation

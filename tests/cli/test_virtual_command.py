@@ -12,8 +12,7 @@ import pytest
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.cli.main import main
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.pump import Pump
-from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.reader import Pump, Reader
 from tests.waiting import PATIENCE, received, wait_for
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")

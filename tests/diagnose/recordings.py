@@ -8,12 +8,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import ACCELERATION_UNITS
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.estimate.inertial import fit_holds
-from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_holds, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate.recording import simulate_recording

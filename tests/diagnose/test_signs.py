@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.simulate.recording import simulate_recording

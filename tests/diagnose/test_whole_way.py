@@ -6,7 +6,7 @@ behind the screens; what the procedure collected goes to the fit and on to the b
 
 from pathlib import Path
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches

@@ -7,9 +7,9 @@ import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.magnitude import make_problem, sphere
 from imucal_wizard.estimate.methods.six_position import six_position
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from tests.estimate.truth import (
     EIGHTEEN,

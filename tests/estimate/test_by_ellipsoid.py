@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.methods.offset import fit_offset
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.simulate.scripts import TILTED_POSES
 from tests.estimate.truth import (
     EIGHTEEN,

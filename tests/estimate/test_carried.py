@@ -6,7 +6,7 @@ import pytest
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import DIRECTIONS, EDGES
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.identifiability import (
     UNCALIBRATED,

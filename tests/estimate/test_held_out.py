@@ -9,7 +9,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.hold_search import judge
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 from tests.estimate.motions import experiment, hand_turns
 from tests.estimate.truth import (
     EIGHTEEN,

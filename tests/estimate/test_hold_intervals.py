@@ -5,7 +5,7 @@ import pytest
 
 from benchmarks.hold_intervals import NOISES, coverage, scatter
 from benchmarks.hold_sessions import DESIGNS, GRAVITY, MG, Noise, session
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 
 pytestmark = pytest.mark.study
 

@@ -5,8 +5,8 @@ import pytest
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.methods.newton import cost, gradient_and_hessian, newton
+from imucal_wizard.estimate.recording import fit_accelerometer
 from tests.estimate.truth import (
     EIGHTEEN,
     even_directions,

@@ -12,8 +12,8 @@ from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import (
     OCTAVES,

@@ -13,12 +13,12 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate import slow_noise
 from imucal_wizard.estimate.distributions import quantile
-from imucal_wizard.estimate.inertial import fit_accelerometer
 from imucal_wizard.estimate.parameters import (
     full_parameters,
     triangular_parameters,
     with_errors,
 )
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold
 from tests.estimate.motions import experiment, hand_turns

@@ -10,8 +10,7 @@ from benchmarks.q_cases import BNO055
 from benchmarks.rate_table import table_recording
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings, Series
-from imucal_wizard.estimate.inertial import FitOptions
-from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,

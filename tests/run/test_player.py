@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.guide.kinds import StepKind

@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
-from imucal_wizard.run.pump import MAX_WAITING_BYTES, Pump
+from imucal_wizard.run.reader import MAX_WAITING_BYTES, Pump
 from tests.acquire.ports import Pty
 from tests.waiting import wait_for
 

@@ -10,8 +10,7 @@ import pytest
 from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.pump import Pump
-from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.reader import Pump, Reader
 from imucal_wizard.run.session_replay import begin_session, resume_session
 from imucal_wizard.sessions import Session
 from imucal_wizard.simulate.imu import VirtualImu

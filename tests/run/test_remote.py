@@ -8,8 +8,7 @@ from imucal_wizard.acquire.transport import Transport
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.run.engine import Engine
-from imucal_wizard.run.pump import Pump
-from imucal_wizard.run.reader import Reader
+from imucal_wizard.run.reader import Pump, Reader
 from imucal_wizard.simulate.imu import VirtualImu
 from tests.acquire.ports import server
 from tests.acquire.remote import RemotePort

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.cli import main as cli
 from imucal_wizard.simulate.magnetometer import TrueField
 from imucal_wizard.simulate.recording import simulate_recording

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from imucal_wizard.acquire.ports import PortInfo
@@ -10,7 +11,7 @@ from imucal_wizard.core.description import Description
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.report.calibration_file import read_calibration
+from imucal_wizard.report.calibration_file import Device, read_calibration
 from imucal_wizard.report.device_history import save_in_history
 from imucal_wizard.run.session_replay import resume_session
 from imucal_wizard.sessions.catalogue import Catalogue
@@ -56,7 +57,26 @@ async def test_the_history_and_the_plots_of_a_device(tmp_path: Path, size: tuple
         await shows(pilot, "virtual IMU")
         await pilot.press("d")
         await shows(pilot, "arm", "2 calibrations", "2031-03-01", "AS FOUND", "VERDICT")
+        await shows(pilot, "SPREAD P")
         await pilot.press("o", "left", "q")
+
+
+async def test_devices_of_one_name_are_told_apart_and_do_not_hide_the_others(
+    tmp_path: Path,
+) -> None:
+    for place, serial in enumerate(("1", "2", "2")):
+        made = shifted(1 + place, 0.01 * place)
+        device = Device("twin", serial) if place < 2 else Device("arm")
+        save_in_history(
+            msgspec.structs.replace(made, device=device), tmp_path / "a.json", tmp_path / "s"
+        )
+    services = WizardServices(WizardOptions(sessions=tmp_path / "s", muted=True))
+    titles = {one.title for one in services.calibrations()}
+    assert titles == {"recheck twin 1", "recheck twin 2", "recheck arm"}
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "recheck arm")
+        await pilot.press("d")
+        await shows(pilot, "twin 1", "twin 2", "arm", "AS FOUND")
 
 
 def test_a_session_keeps_its_device_and_a_saved_calibration_joins_its_history(

@@ -13,9 +13,3 @@ def test_nothing_heavy_is_imported_before_the_first_screen() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
     )
     assert done.stdout.split() == []
-
-
-def test_reading_recordings_comes_with_numpy_when_it_is_asked_for() -> None:
-    from imucal_wizard.acquire import files
-
-    assert files.read_files.__module__ == "imucal_wizard.acquire.files.recording_files"

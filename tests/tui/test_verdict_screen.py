@@ -3,15 +3,17 @@
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
+
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.diagnose.recheck import MovedParameter, Recheck, RecheckVerdict, SensorRecheck
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_file import Calibration, Device
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.services import Saved
+from imucal_wizard.tui.services import Saved, recheck_line
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.widgets.big_text import dots, full_blocks
 from tests.report.devices import calibration
@@ -43,6 +45,7 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
         await shows(
             pilot,
             *(row.rstrip() for row in large),
+            "after 41 s, against the calibration of",
             "5.10 mg, limit 2.00 mg",
             "bias_x +5.00 ± 0.30 mg since",
             "a new calibration is worth it",
@@ -51,6 +54,20 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
         await until(pilot, lambda: ("back", "") in source.commands)
     assert app.state.saved is not None
     assert app.state.saved.status == 1
+
+
+def test_the_last_line_tells_the_verdict_and_what_to_type_next() -> None:
+    plain, go = calibration(), Recheck(RecheckVerdict.GO, 40.0, {}, "")
+    named = msgspec.structs.replace(plain, device=Device("IMU 7"))
+    no_go = replace(go, verdict=RecheckVerdict.NO_GO)
+    path = Path("my cal.json")
+    assert recheck_line(go, named, path, None) == "GO. Next: imucal-wizard devices 'IMU 7'"
+    assert recheck_line(go, plain, path, None).endswith("export 'my cal.json' --to TARGET")
+    assert recheck_line(no_go, named, path, "/dev/a") == "NO-GO. Next: imucal-wizard --port /dev/a"
+    assert recheck_line(no_go, named, path, None) == "NO-GO. Next: imucal-wizard"
+    unsure = replace(go, verdict=RecheckVerdict.INSUFFICIENT)
+    words = "INSUFFICIENT. Next: imucal-wizard recheck 'my cal.json' --port /dev/a"
+    assert recheck_line(unsure, named, path, "/dev/a") == words
 
 
 async def test_what_cannot_be_judged_says_why() -> None:

@@ -21,6 +21,11 @@ def formats() -> dict[str, Format]:
     return {one.name: one for one in sorted(found, key=lambda one: one.rank)}
 
 
+def is_binary(name: str) -> bool:
+    """Whether this is the name of a format of frames; False for lines and for unknown names."""
+    return name in formats() and formats()[name].binary
+
+
 def format_names() -> tuple[str, ...]:
     """The names under which formats can be chosen."""
     return tuple(formats())

@@ -24,6 +24,11 @@ class Column:
     name: str = ""
 
 
+def axes(letter: str, unit: str) -> tuple[Column, ...]:
+    """The three columns of a sensor in one unit, named ``ax``, ``ay``, ``az`` for ``a``."""
+    return tuple(Column(letter + axis, unit, letter + axis) for axis in "xyz")
+
+
 @dataclass(frozen=True, eq=False)
 class DecodedRows:
     """The rows decoded from a piece of bytes.
@@ -95,6 +100,11 @@ class TextLine:
     raw: bytes
     text: str
     first: bool = False
+
+
+def is_object(line: bytes) -> bool:
+    """Whether a line looks like a JSON object."""
+    return line.lstrip().startswith(b"{") and b":" in line
 
 
 class FormatDetector(Protocol):

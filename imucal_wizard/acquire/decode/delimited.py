@@ -7,7 +7,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from imucal_wizard.acquire.decode import numbers
-from imucal_wizard.acquire.decode.base import Column, Format, MalformedLine, TextLine
+from imucal_wizard.acquire.decode.base import (
+    Column,
+    Format,
+    MalformedLine,
+    TextLine,
+    axes,
+    is_object,
+)
 from imucal_wizard.acquire.decode.lines import MAX_DECIMALS_ROWS, TextDecoder
 from imucal_wizard.acquire.decode.vocabulary import header_columns, with_unit_line
 from imucal_wizard.core.output import sanitise
@@ -95,7 +102,7 @@ class DelimitedDecoder(TextDecoder):
             return
         self._misfits.clear()
         if not self._separator:
-            self._separator = separator_of(line)
+            self._separator = _separator_of(line)
         counted = fields if self._count < MAX_DECIMALS_ROWS else []
         printed = [numbers.printed_decimals(field) for field in counted]
         self._row([math.nan if v is None else v for v in values], printed)
@@ -108,20 +115,20 @@ class DelimitedDecoder(TextDecoder):
 
     def _comment(self, line: bytes) -> None:
         """A comment may contain the header."""
-        names = header_columns(field_texts(line.strip(b"# \t")))
+        names = header_columns(_field_texts(line.strip(b"# \t")))
         if names is not None and not self._count:
             self._header(names)
 
     def _words(self, line: bytes, fields: list[bytes], first: bool) -> None:
         """A line without numbers: a header, units, a banner, or garbage."""
-        names = field_texts(line)
+        names = _field_texts(line)
         found = header_columns(names)
         if found is None and len(names) == len(self.columns) and not (self._count or self._fixed):
             self.columns = with_unit_line(self.columns, names) or self.columns
         if found is None:
-            self._spoilt(line, sample=not is_text(line))
+            self._spoilt(line, sample=not _is_text(line))
             self._unknown_names(fields)
-        elif not self._fixed and not (first and not begins_with_known_name(found)):
+        elif not self._fixed and not (first and not _begins_with_known_name(found)):
             self._header(found)
 
     def _header(self, found: tuple[Column, ...]) -> None:
@@ -192,7 +199,7 @@ def are_numbers(fields: list[bytes], values: list[float | None]) -> bool:
     return good >= max(MIN_COLUMNS, len(values) / 2) and not words
 
 
-def begins_with_known_name(columns: tuple[Column, ...]) -> bool:
+def _begins_with_known_name(columns: tuple[Column, ...]) -> bool:
     """Whether a header that may be cut off at the front begins with a known name."""
     return bool(columns[0].channel) or columns[0].name.lower().startswith(("rtc", "date"))
 
@@ -201,12 +208,12 @@ def _named(columns: tuple[Column, ...]) -> int:
     return sum(bool(c.channel) for c in columns)
 
 
-def is_text(line: bytes) -> bool:
+def _is_text(line: bytes) -> bool:
     """Whether a line is printable ASCII, as text at the right speed is."""
     return all(32 <= byte < 127 or byte == 9 for byte in line)
 
 
-def separator_of(line: bytes) -> bytes:
+def _separator_of(line: bytes) -> bytes:
     """The separator of a line: comma, semicolon, tab, bar, or blanks."""
     if b'"' in line and (quoted := _QUOTED.match(line)):
         return quoted[1]
@@ -225,13 +232,13 @@ def separator_of(line: bytes) -> bytes:
 
 def _ends_empty(line: bytes) -> bool:
     """Whether a line ends with a separator, so that its last field may be empty."""
-    sign = separator_of(line)
+    sign = _separator_of(line)
     return sign != b" " and line.rstrip(b" \r").endswith(sign)
 
 
 def split_fields(line: bytes) -> list[bytes]:
     """The fields of a line without enclosing brackets and one trailing separator."""
-    sign = separator_of(line)
+    sign = _separator_of(line)
     if b'"' in line:
         if sign != b" " and line.count(b'"') % 2 == 0 and line.isascii():
             import csv  # few lines have quotation marks
@@ -257,7 +264,7 @@ def _without_last(fields: list[str]) -> list[bytes]:
     return [field.strip().encode() for field in fields]
 
 
-def field_texts(line: bytes) -> list[str]:
+def _field_texts(line: bytes) -> list[str]:
     """The fields of a line as text, for names of columns."""
     return [field.decode("utf-8", errors="replace") for field in split_fields(line)]
 
@@ -277,9 +284,9 @@ class _HeaderDetector:
         return any(self._is_header(line) for line in lines)
 
     def _is_header(self, line: TextLine) -> bool:
-        names = field_texts(line.raw.strip(b"# \t"))
+        names = _field_texts(line.raw.strip(b"# \t"))
         columns = header_columns(names)
-        if columns is None or (line.first and not begins_with_known_name(columns)):
+        if columns is None or (line.first and not _begins_with_known_name(columns)):
             return False
         return not self._sign or self._sign in (name.strip() for name in names)
 
@@ -309,7 +316,7 @@ class _NumbersDetector(_HeaderDetector):
         return width > 0 and self._widths.count(width) >= self._AGREE
 
     def _width(self, line: bytes) -> int:
-        if line.lstrip().startswith(b"{") and b":" in line:
+        if is_object(line):
             return 0
         fields = split_fields(line)
         values = [numbers.printed_number(field) for field in fields]
@@ -319,17 +326,13 @@ class _NumbersDetector(_HeaderDetector):
         return len(fields) if are_numbers(fields, values) else 0
 
 
-def _three(letter: str, unit: str) -> tuple[Column, ...]:
-    return tuple(Column(letter + axis, unit, letter + axis) for axis in "xyz")
-
-
 _RAZOR_M0 = (
-    Column("t", "ms", "time"), *_three("a", "g"), *_three("g", "deg/s"), *_three("m", "uT")
+    Column("t", "ms", "time"), *axes("a", "g"), *axes("g", "deg/s"), *axes("m", "uT")
 )  # fmt: skip
 _ARTEMIS_UNITS = {
     channel.channel: channel.unit
     for letter, unit in (("a", "mg"), ("g", "deg/s"), ("m", "uT"))
-    for channel in _three(letter, unit)
+    for channel in axes(letter, unit)
 }
 
 FORMATS = (

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
-from imucal_wizard.acquire.decode.base import Column, Format, TextLine
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine, axes
 from imucal_wizard.acquire.decode.labelled import LabelledDecoder, LineKind
 from imucal_wizard.core.records import dataclass
 
@@ -31,17 +31,13 @@ class FirmwareText:
     min_lines: int = 3
 
 
-def _three(letter: str, unit: str) -> tuple[Column, ...]:
-    return tuple(Column(letter + axis, unit, letter + axis) for axis in "xyz")
-
-
 def _skip(*names: str) -> tuple[Column, ...]:
     return tuple(Column("", "", name) for name in names)
 
 
 _TEMPERATURE = Column("temp", "degC", "temperature")
 _MICROSECONDS = Column("t", "us", "time")
-_VECTORNAV = (*_three("m", "G"), *_three("a", "m/s^2"), *_three("g", "rad/s"))
+_VECTORNAV = (*axes("m", "G"), *axes("a", "m/s^2"), *axes("g", "rad/s"))
 _LSB = 9.8 / 8192  # the firmware makes the integer from m/s² with exactly this factor
 
 FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
@@ -51,12 +47,12 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         (
             LineKind(
                 "Raw:",
-                (*_three("a", "m/s^2"), *_skip(*(f"raw {place}" for place in range(4, 10)))),
+                (*axes("a", "m/s^2"), *_skip(*(f"raw {place}" for place in range(4, 10)))),
                 (_LSB, _LSB, _LSB, 1, 1, 1, 1, 1, 1),
             ),
             LineKind(
                 "Uni:",
-                _skip("uni 1", "uni 2", "uni 3") + _three("g", "rad/s") + _three("m", "uT"),
+                _skip("uni 1", "uni 2", "uni 3") + axes("g", "rad/s") + axes("m", "uT"),
             ),
         ),
         "The accelerometer is taken from the Raw: lines, which are eight times finer than Uni:, "
@@ -65,13 +61,13 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
     FirmwareText(
         "raw",
         "MotionCal lines, Raw: alone",
-        (LineKind("Raw:", _three("a", "count") + _three("g", "count") + _three("m", "count")),),
+        (LineKind("Raw:", axes("a", "count") + axes("g", "count") + axes("m", "count")),),
         min_lines=10,
     ),
     FirmwareText(
         "uni",
         "MotionCal lines, Uni: alone",
-        (LineKind("Uni:", _three("a", "m/s^2") + _three("g", "rad/s") + _three("m", "uT")),),
+        (LineKind("Uni:", axes("a", "m/s^2") + axes("g", "rad/s") + axes("m", "uT")),),
         min_lines=10,
     ),
     FirmwareText(
@@ -80,7 +76,7 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         (
             LineKind(
                 "Scaled.",
-                (*_three("a", "mg"), *_three("g", "deg/s"), *_three("m", "uT"), _TEMPERATURE),
+                (*axes("a", "mg"), *axes("g", "deg/s"), *axes("m", "uT"), _TEMPERATURE),
             ),
         ),
     ),
@@ -90,7 +86,7 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         (
             LineKind(
                 "RAW.",
-                (*_three("a", "count"), *_three("g", "count"), *_three("m", "count"), _TEMPERATURE),
+                (*axes("a", "count"), *axes("g", "count"), *axes("m", "count"), _TEMPERATURE),
                 (1, 1, 1, 1, 1, 1, 1, 1, 1, 1 / 333.87),
             ),
         ),
@@ -100,16 +96,16 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         "razor-ahrs",
         "SparkFun 9DoF Razor AHRS 1.4, raw text (#osrt)",
         (
-            LineKind("#A-R=", _three("a", "count"), (-1, -1, -1)),
-            LineKind("#M-R=", _three("m", "count")),
-            LineKind("#G-R=", _three("g", "count")),
+            LineKind("#A-R=", axes("a", "count"), (-1, -1, -1)),
+            LineKind("#M-R=", axes("m", "count")),
+            LineKind("#G-R=", axes("g", "count")),
         ),
         "This firmware prints gravity instead of specific force: the sign is inverted.",
     ),
     FirmwareText(
         "i2cdev",
         "i2cdevlib MPU6050_raw",
-        (LineKind("a/g:", _three("a", "count") + _three("g", "count")),),
+        (LineKind("a/g:", axes("a", "count") + axes("g", "count")),),
     ),
     FirmwareText(
         "vnimu",
@@ -138,8 +134,8 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         "ximu3",
         "x-IMU3, ASCII mode",
         (
-            LineKind("I,", (_MICROSECONDS, *_three("g", "deg/s"), *_three("a", "g"))),
-            LineKind("M,", _skip("time") + _three("m", ""), in_every_sample=False),
+            LineKind("I,", (_MICROSECONDS, *axes("g", "deg/s"), *axes("a", "g"))),
+            LineKind("M,", _skip("time") + axes("m", ""), in_every_sample=False),
             LineKind("T,", (*_skip("time"), _TEMPERATURE), in_every_sample=False),
         ),
     ),
@@ -147,8 +143,8 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         "adafruit-mpu6050",
         "Adafruit_MPU6050 basic_readings",
         (
-            LineKind("Acceleration X:", _three("a", "m/s^2")),
-            LineKind("Rotation X:", _three("g", "rad/s")),
+            LineKind("Acceleration X:", axes("a", "m/s^2")),
+            LineKind("Rotation X:", axes("g", "rad/s")),
             LineKind("Temperature:", (_TEMPERATURE,)),
         ),
     ),
@@ -156,9 +152,9 @@ FIRMWARE_TEXTS: tuple[FirmwareText, ...] = (
         "adafruit-bno055",
         "Adafruit_BNO055 read_all_data",
         (
-            LineKind("Accl:", _three("a", "m/s^2")),
-            LineKind("Gyro:", _three("g", "deg/s")),
-            LineKind("Mag:", _three("m", "uT"), in_every_sample=False),
+            LineKind("Accl:", axes("a", "m/s^2")),
+            LineKind("Gyro:", axes("g", "deg/s")),
+            LineKind("Mag:", axes("m", "uT"), in_every_sample=False),
             LineKind("temperature:", (_TEMPERATURE,), in_every_sample=False),
         ),
         "In its fusion modes the BNO055 has already removed its own offsets: switch it to AMG, "

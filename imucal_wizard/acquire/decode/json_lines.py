@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
-from imucal_wizard.acquire.decode.base import Column, Format, TextLine
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine, is_object
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
@@ -37,7 +37,7 @@ class JsonDecoder(TextDecoder):
         except (ValueError, RecursionError):
             self._spoilt(line)
             return
-        flat = flatten_object(value) if isinstance(value, dict) else {}
+        flat = _flatten_object(value) if isinstance(value, dict) else {}
         if not self.columns and len(flat) >= 3:
             self.columns = _columns(list(flat))
         if not self.columns or not any(c.name in flat for c in self.columns):
@@ -47,7 +47,7 @@ class JsonDecoder(TextDecoder):
         self._row(row, [_digits(v) for v in row])
 
 
-def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
+def _flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
     """Nested objects and arrays flattened to one level; the keys are joined with dots."""
     if depth > 8:
         return {}
@@ -59,7 +59,7 @@ def flatten_object(value: Any, key: str = "", depth: int = 0) -> dict[str, Any]:
         return {key: value} if _is_number(value) else {}
     found: dict[str, Any] = {}
     for name, inner in parts:
-        found.update(flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
+        found.update(_flatten_object(inner, f"{key}.{name}" if key else name, depth + 1))
     return found
 
 
@@ -107,7 +107,7 @@ class _Detector:
         """Whether the format is certain."""
         for line in lines:
             if not line.first:
-                self._objects.append(line.raw.lstrip().startswith(b"{") and b":" in line.raw)
+                self._objects.append(is_object(line.raw))
         return bool(self._objects) and self._objects[-1] and sum(self._objects) >= self._AGREE
 
 

@@ -5,7 +5,7 @@ import re
 from collections import Counter, deque
 from collections.abc import Sequence
 
-from imucal_wizard.acquire.decode.base import Column, Format, TextLine
+from imucal_wizard.acquire.decode.base import Column, Format, TextLine, is_object
 from imucal_wizard.acquire.decode.delimited import are_numbers, split_fields
 from imucal_wizard.acquire.decode.lines import TextDecoder
 from imucal_wizard.acquire.decode.numbers import NUMBER, printed_decimals, printed_number
@@ -91,7 +91,7 @@ class LabelledDecoder(TextDecoder):
     def _part(self, place: int, text: str) -> None:
         """One line of a known kind."""
         kind = self._kinds[place]
-        body = verified_body(text) if kind.checked else text
+        body = _verified_body(text) if kind.checked else text
         fields = [] if body is None else NUMBER.findall(body[len(kind.prefix) :])
         if len(fields) != len(kind.columns):
             self._spoilt(text.encode())
@@ -139,7 +139,7 @@ class LabelledDecoder(TextDecoder):
         self._learning.append(text)
         if len(self._learning) < MIN_LABELLED_LINES:
             return
-        kinds = learn_line_kinds(self._learning)
+        kinds = _learn_line_kinds(self._learning)
         if not kinds:
             self._learning.pop(0)
             return
@@ -149,7 +149,7 @@ class LabelledDecoder(TextDecoder):
             self._read(line.encode(), False)
 
 
-def learn_line_kinds(lines: list[str]) -> tuple[LineKind, ...]:
+def _learn_line_kinds(lines: list[str]) -> tuple[LineKind, ...]:
     """The kinds of line that make up a sample, from how often each occurs.
 
     Args:
@@ -190,7 +190,7 @@ def _distinct(
     return kept
 
 
-def verified_body(sentence: str) -> str | None:
+def _verified_body(sentence: str) -> str | None:
     """The body of an NMEA sentence without its checksum; None if the checksum is wrong."""
     body, star, given = sentence.partition("*")
     total = 0
@@ -295,7 +295,7 @@ class _Detector:
         new = [line.text for line in lines if not line.first and _has_words(line.raw)]
         self._lines.extend(text for text in new if NUMBER.search(text))
         known = list(self._lines)
-        if not new or len(known) < MIN_LABELLED_LINES or not learn_line_kinds(known):
+        if not new or len(known) < MIN_LABELLED_LINES or not _learn_line_kinds(known):
             return False
         kinds = Counter(describe_line(line)[0] for line in known)
         return sum(n for n in kinds.values() if n > 1) >= 0.7 * MIN_LABELLED_LINES
@@ -303,7 +303,7 @@ class _Detector:
 
 def _has_words(line: bytes) -> bool:
     """Whether a line is neither an object nor only numbers."""
-    if line.lstrip().startswith(b"{") and b":" in line:
+    if is_object(line):
         return False
     fields = split_fields(line)
     return not are_numbers(fields, [printed_number(field) for field in fields])

@@ -85,7 +85,7 @@ def printed_number(field: bytes) -> float | None:
     if field.count(b":") < len("::"):
         return None
     try:
-        return seconds_of_time(field.decode("ascii"))
+        return _seconds_of_time(field.decode("ascii"))
     except ValueError:
         return None
 
@@ -109,7 +109,7 @@ def without_letters(field: bytes) -> bool:
     """Whether a field has no letters; a date may occur in a line of numbers, a label may not."""
     if not field.isascii():
         return False
-    return field.upper() == field.lower() or is_time(field.decode())
+    return field.upper() == field.lower() or _is_time(field.decode())
 
 
 def printed_decimals(field: bytes) -> int:
@@ -287,7 +287,7 @@ def _matlab_table(block: bytes, columns: int) -> FloatArray | None:
     return np.asarray(np.where(minus, -values, values).reshape(-1, columns))
 
 
-def seconds_of_time(text: str) -> float:
+def _seconds_of_time(text: str) -> float:
     """Seconds since 1970 of ``2024-05-03T10:00:00.25+02:00``, since midnight of ``10:00:00.25``.
 
     Args:
@@ -307,7 +307,7 @@ def seconds_of_time(text: str) -> float:
     return (day.toordinal() - _EPOCH) * _DAY + clock - _offset(match["zone"])
 
 
-def is_time(text: str) -> bool:
+def _is_time(text: str) -> bool:
     """Whether a field is a date with a time, or a time of day."""
     return _MOMENT.fullmatch(text.strip("\"' ")) is not None
 

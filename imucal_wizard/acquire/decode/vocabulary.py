@@ -16,6 +16,8 @@ SENSOR_CHANNELS: dict[str, tuple[str, ...]] = {
     "throttle": ("throttle",),
 }
 """The channels of each sensor, in axis order."""
+LETTER_OF_SENSOR = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
+"""The first letter of a sensor's channels."""
 SENSOR_LETTERS: dict[str, str] = {
     word: channel
     for channel, words in {
@@ -193,7 +195,6 @@ _IMPLIED = {
     "secondselapsed": "s",
 }
 _LINEAR = re.compile(r"linear[\W_]*(?=acc)", re.IGNORECASE)
-_SENSOR_OF_UNIT = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
 
 def column_of_name(name: str, file: str = "") -> Column:
@@ -208,7 +209,7 @@ def column_of_name(name: str, file: str = "") -> Column:
         none. An unknown word in brackets stays as it is.
     """
     name = name.strip().strip("\"'").strip()
-    bare, unit = split_unit(name)
+    bare, unit = _split_unit(name)
     index = _INDEXED.match(bare)
     bare, axis = (index["name"], "." + index["index"]) if index else (bare, "")
     channel = ""
@@ -230,7 +231,7 @@ def _sensor_of_file(file: str) -> str:
     return sensors.pop() if len(sensors) == 1 else ""
 
 
-def split_unit(name: str) -> tuple[str, str]:
+def _split_unit(name: str) -> tuple[str, str]:
     """A name without its unit, and the unit; an index in brackets stays with the name."""
     if _INDEXED.match(name):
         return name, ""
@@ -248,8 +249,8 @@ def _of_unit(channel: str, bare: str, unit: str) -> str:
         return "temp"
     if channel or word not in ("x", "y", "z"):
         return channel
-    sensors = [s for s, letter in _SENSOR_OF_UNIT.items() if unit in units.UNIT_FACTORS[s]]
-    return _SENSOR_OF_UNIT[sensors[0]] + word if len(sensors) == 1 else ""
+    sensors = [s for s, letter in LETTER_OF_SENSOR.items() if unit in units.UNIT_FACTORS[s]]
+    return LETTER_OF_SENSOR[sensors[0]] + word if len(sensors) == 1 else ""
 
 
 def unit_belongs(channel: str, unit: str) -> bool:
@@ -268,7 +269,7 @@ def quantity_of(channel: str) -> str | None:
     if channel in names:
         return names[channel]
     if len(channel) == 2 and channel[1] in "xyz":
-        return {"a": "accelerometer", "g": "gyroscope", "m": "magnetometer"}[channel[0]]
+        return next(name for name, letter in LETTER_OF_SENSOR.items() if letter == channel[0])
     return None
 
 

@@ -7,7 +7,7 @@ import struct
 from collections import Counter
 from itertools import pairwise
 
-from imucal_wizard.acquire.decode.base import Column, Format
+from imucal_wizard.acquire.decode.base import Column, Format, axes
 from imucal_wizard.acquire.decode.frames import FrameDecoder, FrameDetector, FrameShape, sum8
 
 _FRAME_BYTES = 11
@@ -16,13 +16,13 @@ _ACCELERATION, _RATE, _FIELD = 0x51, 0x52, 0x54
 _USED = {
     _ACCELERATION: (
         (16.0 / 32768.0, 16.0 / 32768.0, 16.0 / 32768.0, 0.01),
-        (*(Column("a" + axis, "g", "a" + axis) for axis in "xyz"), Column("temp", "degC", "temp")),
+        (*axes("a", "g"), Column("temp", "degC", "temp")),
     ),
     _RATE: (
         (2000.0 / 32768.0,) * 3,
-        tuple(Column("g" + axis, "deg/s", "g" + axis) for axis in "xyz"),
+        axes("g", "deg/s"),
     ),
-    _FIELD: ((1.0,) * 3, tuple(Column("m" + axis, "count", "m" + axis) for axis in "xyz")),
+    _FIELD: ((1.0,) * 3, axes("m", "count")),
 }
 """Factors and columns of the numbers in each frame type. The scale of the magnetometer differs
 between models, so it stays in counts."""

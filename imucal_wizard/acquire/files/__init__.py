@@ -1,14 +1,9 @@
-"""Recordings from files: text, binary captures, sessions."""
+"""Recordings from files: text, binary captures, sessions; here what needs no numpy."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from imucal_wizard.core.records import dataclass
 
-if TYPE_CHECKING:
-    from imucal_wizard.acquire.files.recording_files import read_files
-
-__all__ = ["RecordingOptions", "is_session", "read_files"]
 _SQLITE = b"SQLite format 3\0"
 _PAGE_BYTES = 4096
 SUFFIX = ".imucal"
@@ -37,14 +32,6 @@ class RecordingOptions:
     magnetometer_unit: str | None = None
     as_format: str | None = None
 
-    def unit(self, sensor: str) -> str | None:
-        """The unit given for a sensor, or None."""
-        return {
-            "accelerometer": self.accelerometer_unit,
-            "gyroscope": self.gyroscope_unit,
-            "magnetometer": self.magnetometer_unit,
-        }.get(sensor)
-
 
 def is_session(path: Path) -> bool:
     """Whether a file is an SQLite database, as session files are; reading it reports any damage.
@@ -60,16 +47,3 @@ def is_session(path: Path) -> bool:
         return whole or (path.suffix == SUFFIX and size > 0 and size % _PAGE_BYTES == 0)
     except (OSError, ValueError):
         return False
-
-
-def __getattr__(name: str) -> object:
-    """``read_files``, imported on demand because it needs numpy.
-
-    Raises:
-        AttributeError: there is no such name here.
-    """
-    if name == "read_files":
-        from imucal_wizard.acquire.files.recording_files import read_files
-
-        return read_files
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

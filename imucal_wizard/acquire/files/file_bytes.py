@@ -35,7 +35,7 @@ _STAMP = re.compile(
 _MIN_STAMPED_SHARE = 0.5
 """Share of lines with a timestamp from which a serial monitor is assumed."""
 _RESULT = re.compile(rb'\s*\{\s*"schema":\s*"imucal-wizard/')
-"""Beginning of a calibration, and of everything that ``--json`` writes."""
+"""Beginning of a calibration, and of every JSON document of this program."""
 _MILLISECONDS = re.compile(rb"(\d{1,2}:\d{1,2}:\d{1,2}\.)(\d{1,3})(?!\d)")
 
 _AS_TEXT = "switch the device to text (ASCII) output, or export the log as CSV with its own program"
@@ -116,7 +116,7 @@ def decode_text(data: bytes) -> tuple[bytes, tuple[str, ...]]:
     """
     if _RESULT.match(data):
         raise RecordingError("this is a result of this program; give the recording it was made of")
-    if message := foreign_format_text(data):
+    if message := _foreign_format_text(data):
         raise NotTextError(message)
     if encoding := _utf16(data):
         data = data.decode(encoding, errors="replace").encode()
@@ -221,7 +221,7 @@ def _no_text(start: bytes) -> str:
     )
 
 
-def foreign_format_text(data: bytes) -> str:
+def _foreign_format_text(data: bytes) -> str:
     """Description of a known non-text file and what to do; ``""`` if unknown."""
     for magic, what, remedy in _MAGIC:
         if data.startswith(magic):

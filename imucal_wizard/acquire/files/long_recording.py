@@ -11,8 +11,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-from imucal_wizard.acquire.decode import formats
-from imucal_wizard.acquire.decode.vocabulary import column_of_name
+from imucal_wizard.acquire.decode import is_binary
 from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     MAX_BYTES,
@@ -26,13 +25,14 @@ from imucal_wizard.acquire.files.recording_files import (
     binary_format,
     line_pieces,
     misfits,
+    named_by_file,
+    naming_file,
+    session_setup,
     setup_of_file,
     unreadable,
-    with_options,
 )
 from imucal_wizard.acquire.intake import Intake
-from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
+from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.input import open_unpacked, unpacked
 from imucal_wizard.core.readings import Readings
 
@@ -59,15 +59,11 @@ class LongRecording:
         Raises:
             RecordingError: the file cannot be read, or something of it is not known.
         """
-        try:
+        with naming_file(self._path):
             if self._options.as_format is None and is_session(self._path):
                 yield from self._session()
             else:
                 yield from self._file()
-        except RecordingError as error:
-            if str(self._path) in str(error):
-                raise
-            raise RecordingError(f"{self._path}: {error}", settings=error.settings) from None
 
     def _file(self) -> Iterator[Readings]:
         setup = setup_of_file(self._options, self._place)
@@ -75,7 +71,7 @@ class LongRecording:
         whole = None if self._path.is_file() else unpacked(read_bytes(self._path), MAX_BYTES)
         start = read_start(self._path) if whole is None else whole
         lines = start[: start.rfind(b"\n") + 1] or start
-        binary = setup.format in formats() and formats()[setup.format].binary
+        binary = is_binary(setup.format)
         notes: tuple[str, ...] = ()
         text = lines
         try:
@@ -92,20 +88,13 @@ class LongRecording:
             whole = unpacked(read_bytes(self._path), MAX_BYTES) if whole is None else whole
             text, notes = (whole, ()) if binary else decode_text(whole)
             pieces = line_pieces(text)
-        intake = Intake(self._named(setup, text), recording=True)
+        beginning = Intake(setup, recording=True)
+        beginning.feed(text, 0.0)
+        intake = Intake(named_by_file(setup, beginning, self._path.name), recording=True)
         yield from _decoded(intake, pieces)
         if not intake.samples:
             raise unreadable(intake, setup)
         self.warnings = (*notes, *intake.warnings, *misfits(intake))
-
-    def _named(self, setup: StreamSetup, start: bytes) -> StreamSetup:
-        """The setup with the columns that the name of the file implies (``Accelerometer.csv``)."""
-        intake = Intake(setup, recording=True)
-        intake.feed(start, 0.0)
-        names = [column.name for column in intake.columns]
-        if setup.columns or not {name.lower() for name in names} >= {"x", "y", "z"}:
-            return setup
-        return replace(setup, columns=tuple(column_of_name(n, self._path.name) for n in names))
 
     def _session(self) -> Iterator[Readings]:
         from imucal_wizard.acquire.files.session_file import (
@@ -117,11 +106,7 @@ class LongRecording:
 
         with explain_damage(self._path), closing(connect(self._path)) as connection:
             connection.execute("PRAGMA query_only = 1")
-            try:
-                setup = StreamSetup.from_json(read_meta(connection).get("setup", {}))
-            except (UsageError, AttributeError) as error:
-                raise SessionError(f"{self._path} lacks its settings ({error})") from error
-            intake = Intake(with_options(setup, self._options))
+            intake = Intake(session_setup(self._path, read_meta(connection), self._options))
             yield from _decoded(
                 intake, ((data, arrival) for _, arrival, data in read_pieces(connection))
             )

@@ -5,6 +5,7 @@ no arrival times, its first line is complete, and no questions can be asked.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.acquire.decode import format_names, formats
+from imucal_wizard.acquire.decode import format_names, is_binary
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.decode.lines import end_of_lines
@@ -64,11 +65,6 @@ class FileSamples:
 
     series: dict[str, Series]
     warnings: tuple[str, ...] = ()
-
-
-def file_formats() -> tuple[str, ...]:
-    """Names of the formats that can be chosen; sessions are recognised by their content."""
-    return (IMU_TK, *format_names())
 
 
 def read_files(
@@ -138,9 +134,10 @@ def refuse_unknown_format(options: RecordingOptions) -> None:
     Raises:
         UsageError: it is not.
     """
-    if options.as_format not in (None, *file_formats()):
+    known = IMU_TK, *format_names()  # sessions are recognised by their content
+    if options.as_format not in (None, *known):
         raise UsageError(
-            f"the format {options.as_format} is not known; give one of {', '.join(file_formats())}",
+            f"the format {options.as_format} is not known; give one of {', '.join(known)}",
             settings=("as_format",),
         )
 
@@ -165,22 +162,32 @@ def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:
 
 
 def _one(path: Path, options: RecordingOptions, place: int) -> FileSamples:
-    try:
+    with naming_file(path):
         if options.as_format is None and is_session(path):
             return _read_session(path, options)
         return _read(path, options, place)
+
+
+@contextmanager
+def naming_file(path: Path) -> Iterator[None]:
+    """Add the name of a file to errors that do not have it.
+
+    Raises:
+        RecordingError: with the name.
+    """
+    try:
+        yield
     except RecordingError as error:
-        message = str(error)
-        if str(path) not in message:
-            raise RecordingError(f"{path}: {message}", settings=error.settings) from None
-        raise
+        if str(path) in str(error):
+            raise
+        raise RecordingError(f"{path}: {error}", settings=error.settings) from None
 
 
 def _read(path: Path, options: RecordingOptions, place: int) -> FileSamples:
     """The samples in a file of text or of binary frames."""
     data = unpacked(read_bytes(path), readable_bytes(MAX_BYTES))
     setup = setup_of_file(options, place)
-    if setup.format in formats() and formats()[setup.format].binary:
+    if is_binary(setup.format):
         return _samples(data, setup)
     try:
         text, notes = decode_text(data)
@@ -208,7 +215,7 @@ def setup_of_file(options: RecordingOptions, place: int) -> StreamSetup:
     if options.as_format != IMU_TK:
         return setup
     sensor = _PAIR[place]
-    unit = options.unit(sensor) or COUNT
+    unit = getattr(options, f"{sensor}_unit") or COUNT
     axes = (Column(channel, unit, channel) for channel in SENSOR_CHANNELS[sensor])
     return replace(setup, columns=(Column("t", "s", "t"), *axes))
 
@@ -217,9 +224,7 @@ def binary_format(data: bytes) -> str:
     """The binary format of these bytes, or ""."""
     detector = Detector(whole=True)
     pieces = data[: 1 << 16].splitlines(keepends=True)
-    return next(
-        (name for name in map(detector.feed, pieces) if name and formats()[name].binary), ""
-    )
+    return next(filter(is_binary, map(detector.feed, pieces)), "")
 
 
 def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
@@ -234,13 +239,11 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
         RecordingError: something is unknown; the message says what to state.
     """
     intake = Intake(setup, recording=True)
-    samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
-    names = [c.name for c in intake.columns]
-    by_file = tuple(column_of_name(name, file) for name in names)
-    bare = {name.lower() for name in names} >= {"x", "y", "z"}
-    if bare and not setup.columns and by_file != tuple(map(column_of_name, names)):
-        intake = Intake(replace(setup, columns=by_file), recording=True)
-        samples = decode_pieces(intake, ([piece] for piece in line_pieces(data)))
+    samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
+    named = named_by_file(setup, intake, file)
+    if named is not setup:
+        intake = Intake(named, recording=True)
+        samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
         raise unreadable(intake, setup)
     left_out = misfits(intake)
@@ -248,6 +251,22 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
     if missing:
         left_out += (f"{missing}; left out",)
     return FileSamples(samples.series, (*samples.warnings, *left_out))
+
+
+def named_by_file(setup: StreamSetup, intake: Intake, file: str) -> StreamSetup:
+    """The setup with the sensor that the name of the file implies (``Accelerometer.csv``).
+
+    Args:
+        setup: returned as it is if the file's name adds nothing.
+        intake: fed with the beginning of the file; it knows the names of the columns.
+        file: name of the file, or "".
+    """
+    names = [c.name for c in intake.columns]
+    by_file = tuple(column_of_name(name, file) for name in names)
+    bare = {name.lower() for name in names} >= {"x", "y", "z"}
+    if setup.columns or not bare or by_file == tuple(map(column_of_name, names)):
+        return setup
+    return replace(setup, columns=by_file)
 
 
 def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
@@ -259,7 +278,7 @@ def line_pieces(data: bytes) -> Iterator[tuple[bytes, float]]:
         start = end
 
 
-def decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | None:
+def _decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | None:
     """The samples in batches of pieces with their arrival times; None if there are none.
 
     A batch that is one piece has the arrivals of its last and of its first bytes.
@@ -360,18 +379,13 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     def decode(
         about: dict[str, Any], batches: Iterator[Batch]
     ) -> tuple[Intake, FileSamples | None]:
-        try:
-            setup = StreamSetup.from_json(about.get("setup", {}))
-        except (UsageError, AttributeError) as error:
-            raise SessionError(
-                f"{path} lacks its settings ({error}); begin a new session"
-            ) from error
+        setup = session_setup(path, about, options)
         first = next(batches, None)
         if first is None:
             raise RecordingError("nothing was received in this session; resume it and measure")
-        intake = Intake(with_options(setup, options), check_values=False)  # all is checked later
+        intake = Intake(setup, check_values=False)  # all is checked later
         made.append(intake)
-        return intake, decode_pieces(intake, chain([first], batches))
+        return intake, _decode_pieces(intake, chain([first], batches))
 
     (intake, samples), damage = read_session(
         path, decode, FED_BYTES, lambda: made[-1].longest_pause if made else 0.0
@@ -386,6 +400,26 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
     if intake.malformed:
         warnings.append(f"{intake.malformed} lines or frames could not be read; left out")
     return FileSamples(samples.series, tuple(warnings))
+
+
+def session_setup(path: Path, about: dict[str, Any], options: RecordingOptions) -> StreamSetup:
+    """The setup of a session with the user's statements.
+
+    Args:
+        path: the session.
+        about: its settings.
+        options: the statements.
+
+    Raises:
+        RecordingError: every column is left out.
+        SessionError: the setup is damaged.
+        UsageError: a name is not a column.
+    """
+    try:
+        setup = StreamSetup.from_json(about.get("setup", {}))
+    except (UsageError, AttributeError) as error:
+        raise SessionError(f"{path} lacks its settings ({error}); begin a new session") from error
+    return with_options(setup, options)
 
 
 def _why_nothing(intake: Intake) -> str:

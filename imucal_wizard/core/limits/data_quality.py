@@ -74,6 +74,9 @@ MAX_UNEVEN_PART, MAX_BURST_RATIO = 0.1, 5.0
 """Long steps that are not a whole number of intervals, or longer than this many intervals, are
 pauses between bursts."""
 
+USUAL_SAMPLING_RATES = 5.0, 20_000.0
+"""Hz; devices that record a motion sample no slower and no faster."""
+
 MIN_POSITION_RATIO = 20.0
 """Ratio of the variation between rests to the noise, above which a sensor responds to its
 orientation."""

@@ -109,7 +109,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     single = {key: np.array(value, np.float32) for key, value in document.items()}
     soft = single["mag_softiron"].reshape(3, 3)
     zeros = (single["accel_zerog"], single["gyro_zerorate"], single["mag_hardiron"])
-    same = np.concatenate([*zeros, soft.ravel()[[0, 4, 8, 1, 2, 5]]])
+    same = np.concatenate([*zeros, soft.ravel()[list(_PLACES)]])
     if sent is not None and not (np.delete(sent, 9) == same).all():  # 9: the field
         raise ValueError("packet and JSON differ")
 

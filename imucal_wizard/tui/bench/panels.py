@@ -1,16 +1,11 @@
 """The panels of the bench as rows: plot, suspects, model, ladder."""
 
-import numpy as np
-
-from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign, with_unit
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
-from imucal_wizard.diagnose.effect_text import sizes_text
-from imucal_wizard.diagnose.suspects import largest
+from imucal_wizard.diagnose.effect_text import MAX_NAMED_PARAMETERS, leading_sizes_text
 from imucal_wizard.diagnose.views import ResidualView, point_of
 from imucal_wizard.estimate.result import Parameter
-from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.bench_text import (
     ladder_rows,
     suspect_details,
@@ -118,7 +113,6 @@ _TRUE = {
     "magnetometer": ("m", "true field"),
 }
 _MATRICES = (("T", "non-orthogonality"), ("s", "scale"), ("W", "soft-iron"))
-SHOWN_SIZES = 3
 
 
 @dataclass(frozen=True)
@@ -175,7 +169,7 @@ def parts_of_model(snapshot: BenchSnapshot) -> list[Part]:
     ):
         symbol = "ε" + "₁₂₃₄₅₆₇₈₉"[k % 9]
         words = term.effect.equation.replace("ε", symbol, 1)
-        shown = effect_sizes(term.effect, snapshot.sensor, sizes, errors)
+        shown = leading_sizes_text(term.effect, snapshot.sensor, sizes, errors)
         parts.append(Part(term.name, True, symbol, words, shown))
     return parts
 
@@ -198,28 +192,13 @@ def stack_rows(snapshot: BenchSnapshot, width: int, chosen: int | None) -> list[
     return groups
 
 
-def effect_sizes(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
-    """Sizes with standard errors and unit, those that stand out first: ``x −5.03 ± 0.11 …``."""
-    if effect.free:
-        return sizes_text(effect, sensor, sizes, errors)
-    parameters = effect.parameters(sensor)
-    safe = np.where(errors > 0.0, errors, np.inf)
-    order = np.argsort(-np.nan_to_num(np.abs(sizes) / safe), kind="stable")
-    order = np.sort(order[:SHOWN_SIZES]) if len(order) > SHOWN_SIZES else np.arange(len(order))
-    if len(sizes) > SHOWN_SIZES and largest(sizes, errors) not in order:
-        order[0] = largest(sizes, errors)
-    pairs = [f"{parameters[k].name} {plus_minus(sizes[k], errors[k])}" for k in order]
-    more = "" if len(sizes) <= SHOWN_SIZES else f"  and {len(sizes) - SHOWN_SIZES} smaller"
-    return with_unit("  ".join(pairs), parameters[0].unit) + more
-
-
 def _base_sizes(snapshot: BenchSnapshot, term: str) -> str:
     own = [p for p in snapshot.fit.parameters if p.name.startswith(_FIRST[term]) and p.carried]
     if not own:
         return "these data do not determine it"
     shown = [_in_words(parameter) for parameter in own]
     first = max(range(len(own)), key=lambda k: abs(shown[k][1]))
-    if len(own) <= SHOWN_SIZES:
+    if len(own) <= MAX_NAMED_PARAMETERS:
         return (
             "  ".join(f"{name} {plus_minus(v, e)}" for name, v, e, _ in shown) + f"  {shown[0][3]}"
         )

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from imucal_wizard.core.limits.procedure import FULL_ANGLE_DEG, SPEEDS_WANTED
-from imucal_wizard.core.quantities import decimals, fixed, number, true_minus, unit_sign
+from imucal_wizard.core.quantities import decimals, fixed, number, plural, true_minus, unit_sign
 from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.state import (
     AxisMotion,
@@ -14,7 +14,6 @@ from imucal_wizard.guide.state import (
     Status,
     StillStatus,
 )
-from imucal_wizard.guide.wording import plural
 from imucal_wizard.guide.wording import signed as signed_angle
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.text import Line, Span, bar, clean, compact, width_of, wrapped

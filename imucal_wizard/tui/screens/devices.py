@@ -13,7 +13,8 @@ from textual.widgets.option_list import Option
 
 from imucal_wizard.core.dates import day_text
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.guide.wording import plural
+from imucal_wizard.core.quantities import plural
+from imucal_wizard.sessions.history import distinct_names
 from imucal_wizard.tui.services import Services
 from imucal_wizard.tui.text import Line, clean, line, wrapped
 from imucal_wizard.tui.threads import in_thread
@@ -66,7 +67,7 @@ class DevicesScreen(ModalScreen[None]):
 
     def compose(self) -> ComposeResult:
         """The list, and the page."""
-        with Vertical(classes="box page-box") as box:
+        with Vertical(classes="box wide-box") as box:
             box.border_title = "devices"
             yield DeviceList(id="devices", markup=False)
             with VerticalScroll():
@@ -93,7 +94,8 @@ class DevicesScreen(ModalScreen[None]):
             return
         if not self._devices:
             self._page().draw(lambda width, _: wrapped(_NONE, width))
-        self.query_one(DeviceList).set_options([Option(_row(one)) for one in self._devices])
+        rows = map(_row, self._devices, distinct_names(self._devices))
+        self.query_one(DeviceList).set_options([Option(one) for one in rows])
         if self._devices:
             self.query_one(DeviceList).highlighted = 0
 
@@ -145,10 +147,12 @@ class DevicesScreen(ModalScreen[None]):
         if history is None:
             return
         from imucal_wizard.report.history_text import course_plot, history_text
+        from imucal_wizard.report.text import TEXT_COLUMNS
 
         def rows(width: int, _height: int) -> list[Line]:
             if not self._place:
-                return [line(clean(text)) for text in history_text(history).splitlines()]
+                text = history_text(history, min(width, TEXT_COLUMNS))
+                return [line(clean(row)) for row in text.splitlines()]
             sensor, name = self._parameters()[self._place - 1]
             height = max(8, scroll.size.height)
             drawn = course_plot(history, sensor, name, width, height, self._over)
@@ -158,7 +162,8 @@ class DevicesScreen(ModalScreen[None]):
         scroll.scroll_home(animate=False)
 
 
-def _row(device: "KnownDevice") -> Content:
+def _row(device: "KnownDevice", name: str) -> Content:
     counts = f"{plural(device.calibrations, 'calibration')}, {plural(device.rechecks, 'recheck')}"
-    name = Content(f"{clean(device.name):<28.28}").stylize("bold")
-    return name + Content(f"  {counts}, {day_text(device.last)}")
+    return Content(f"{clean(name):<28.28}").stylize("bold") + Content(
+        f"  {counts}, {day_text(device.last)}"
+    )

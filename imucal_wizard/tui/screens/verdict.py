@@ -10,7 +10,7 @@ from textual.containers import VerticalScroll
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.report.recheck_text import change_text, seen_text
+from imucal_wizard.report.recheck_text import change_text, checked_text, seen_text
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import Line, bar, line, wrapped
@@ -84,7 +84,7 @@ class VerdictScreen(LiveScreen):
             return wrapped(f"▲ {self._problem}", width, "bad", indent="  ")
         found, calibration = self._found
         date = calibration.date[:10]
-        rows: list[Line] = [line(f"after {found.seconds:.0f} s", "quiet"), line("")]
+        rows: list[Line] = [*wrapped(checked_text(found, calibration), width, "quiet"), line("")]
         for name, one in found.sensors.items():
             error, limit = (quantity(value, one.unit) for value in (one.error, one.limit))
             share = 0.0 if one.error is None else one.error / one.limit

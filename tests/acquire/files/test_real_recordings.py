@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from tests.shared_data import shared_data
 

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.files.session_salvage import corrections_note
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup

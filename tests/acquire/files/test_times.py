@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire import column_guess
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings
 from tests.acquire.files.lines import samples, write

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.decode.vocabulary import column_of_name
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from tests.acquire.files.lines import HEADER, samples, write

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.decode import decoder_for
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.setup import named_columns
 from imucal_wizard.core.errors import RecordingError
 from tests.acquire.files.lines import samples, written

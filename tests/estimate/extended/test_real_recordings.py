@@ -5,7 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from imucal_wizard.acquire.files import RecordingOptions, read_files
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from imucal_wizard.acquire.files import read_files
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect

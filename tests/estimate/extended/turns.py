@@ -11,7 +11,7 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
-from imucal_wizard.estimate.inertial import fit_accelerometer
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.measurement.holds import Hold, Rotation

@@ -1,12 +1,9 @@
-"""The stream of an engine: its decoded bytes, the health of its link, its notifications."""
+"""What is wrong with the link of a stream, and the notifications about it, each once."""
 
 from collections.abc import Iterator, Sequence
 
 from imucal_wizard.acquire.intake import Intake
-from imucal_wizard.acquire.setup import StreamSetup
-from imucal_wizard.core.readings import Readings
 from imucal_wizard.guide.kinds import EventKind, StepKind
-from imucal_wizard.run.snapshot import StreamStatus
 
 MAX_SILENCE_SECONDS = 3.0
 """Seconds without data after which silence is a problem."""
@@ -110,83 +107,3 @@ class Notifications:
             yield EventKind.STALLED, stalled
         elif before and not stalled:
             yield EventKind.FLOWING, "Samples arrive again."
-
-
-class DecodedStream:
-    """Decodes bytes to samples and collects warnings and problems.
-
-    Args:
-        setup: known properties of the stream.
-        source: description of the source.
-
-    Attributes:
-        source: description of the source; a port adds the device once it is open.
-        intake: the intake of the bytes; unused if a recording is played.
-        link_health: state of the link.
-    """
-
-    def __init__(self, setup: StreamSetup, source: str) -> None:
-        self.source = source
-        self.link_health = LinkHealth()
-        self._setup = setup
-        self.restart()
-
-    def restart(self) -> None:
-        """Start again with the next bytes and the same setup."""
-        self._begin(Intake(self._setup))
-
-    def _begin(self, intake: Intake) -> None:
-        self.intake = intake
-        self._noted: tuple[str, ...] = ()
-        self._notifications = Notifications()
-
-    def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
-        """The samples in new bytes, each piece with its arrival; None if there are none."""
-        for _, arrival in pieces:
-            self.link_health.heard(arrival)
-        return self.intake.feed_all(pieces)
-
-    def reconfigure(self, setup: StreamSetup) -> Readings | None:
-        """Use another setup from now on; returns the samples in the bytes kept so far."""
-        intake, readings = self.intake.reconfigured(setup)
-        self._setup = setup
-        self._begin(intake)
-        return readings
-
-    def note(self, texts: Sequence[str]) -> None:
-        """Add warnings from elsewhere, each once."""
-        self._noted = tuple(dict.fromkeys((*self._noted, *texts)))
-
-    def notifications(self, step: StepKind) -> Iterator[Notification]:
-        """The new notifications in a step."""
-        stalled = self.link_health.stalled(self.intake)
-        return self._notifications.new(step, self.intake.warnings, stalled)
-
-    def status(self, rate: float, samples: int, unwritten: str) -> StreamStatus:
-        """The status of the stream for the screens.
-
-        Args:
-            rate: samples per second if no bytes are read.
-            samples: number of samples that the procedure has received.
-            unwritten: why what was received is not on the disk yet, or "".
-        """
-        intake = self.intake
-        return StreamStatus(
-            source=self.source,
-            format=intake.format,
-            connected=self.link_health.connected,
-            problem=self.link_health.problem(intake, unwritten),
-            busy=self.link_health.busy,
-            stalled=bool(self.link_health.stalled(intake)),
-            unwritten=unwritten,
-            rate=intake.measured_rate if intake.samples > 0 else rate,
-            samples=samples,
-            lost=intake.lost,
-            malformed=intake.malformed,
-            digits=intake.digits,
-            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
-            needs=intake.needs,
-            columns=intake.columns,
-            line=intake.preview.line,
-            values=intake.preview.values,
-        )

@@ -1,0 +1,144 @@
+"""What a finished fit shows of the recording: a wrong unit, range or rate, exchanged axes."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
+from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.estimate.compensated import noticed
+from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
+from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
+from imucal_wizard.measurement.holds import Hold, Rotation
+
+RATE_MISTAKES = (
+    (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
+    (180.0 / np.pi, "the readings are in rad/s and were taken for deg/s"),
+    (1e-3, "the readings are in thousandths of the unit given"),
+    (1e3, "the readings are in thousands of the unit given"),
+    (2.0 * np.pi / 60.0, "the readings are in rpm and were taken for rad/s"),
+    (6.0, "the readings are in rpm and were taken for deg/s"),
+    (2.0 * np.pi, "the readings are in turns per second and were taken for rad/s"),
+    (1e-3 * np.pi / 180.0, "the readings are in mdeg/s and were taken for rad/s"),
+)
+"""Scales of a gyroscope that a mistaken unit makes."""
+RANGES = (-4, -3, -2, -1, 1, 2, 3, 4)
+"""Powers of 2 between the ranges of one device: ±125 to ±2000 °/s, ±2 to ±16 g."""
+NEAR = 0.08
+"""Relative difference from such a factor that an uncalibrated sensor can have."""
+
+
+def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
+    """Warnings about the accelerometer's unit and hand-held holds."""
+    notes = list(fit.warnings)
+    if fit.bias_unit != COUNT:
+        notes += unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
+    notes.append(noticed(fit))
+    count = sum(hold.hand_held for hold in holds)
+    if count:
+        notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
+    return notes
+
+
+MISTAKEN_UNITS = (
+    ("g", 1.0 / STANDARD_GRAVITY),
+    ("mg", 1e3 / STANDARD_GRAVITY),
+    ("m/s^2", STANDARD_GRAVITY),
+)
+"""What gravity reads, over what it is, when the accelerations are in this unit and were taken for
+another: g or mg for m/s², m/s² for g."""
+FAR = 0.2
+"""No sensor's scale is wrong by 20 %; its unit, range or sampling rate is."""
+
+
+def unit_notes(scale: float) -> list[str]:
+    """What explains an accelerometer's scale (true over read) that no sensor has."""
+    reads = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²"
+    for unit, size in MISTAKEN_UNITS:
+        if abs(np.log(scale * size)) < NEAR:
+            return [f"{reads}: the accelerations are in {unit}; give {unit} as their unit"]
+    if abs(np.log(scale)) > FAR:
+        fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
+        return [f"{reads}: give the unit of the accelerations, or correct the range{fits}"]
+    return []
+
+
+def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[str]:
+    """Warnings about rate, unit and axis order that the gyroscope's matrix shows."""
+    notes: list[str] = []
+    fit = report.fit
+    if fit is None:
+        return notes
+    scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
+    wrong_scale = [] if unit == COUNT else scale_notes(scale, rate)
+    notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
+    matrix = fit.matrix / scale
+    best = np.abs(matrix).argmax(axis=1)
+    if sorted(best.tolist()) == [0, 1, 2]:
+        wrong = [
+            f"{'-' if matrix[i, j] < 0 else '+'}{'xyz'[j]}" for i, j in enumerate(best.tolist())
+        ]
+        if wrong != ["+x", "+y", "+z"]:
+            notes.append(
+                "the gyroscope's axes are not the accelerometer's: its "
+                f"x, y, z must be taken from {', '.join(wrong)}. Check the wiring or the columns"
+            )
+    return notes
+
+
+def scale_notes(scale: float, rate: float) -> list[str]:
+    """What explains a gyroscope's scale that no sensor has.
+
+    Args:
+        scale: true rate over reading, of all axes together.
+        rate: sampling rate that the times or the user claim, Hz. The angle is the integral over
+            time, so a rate claimed twice too high doubles the scale; 0 where it does not matter.
+    """
+    if abs(np.log(scale)) <= FAR:
+        return []
+    fits = [meaning for factor, meaning in RATE_MISTAKES if abs(np.log(scale / factor)) < NEAR]
+    if USUAL_SAMPLING_RATES[0] <= rate / scale <= USUAL_SAMPLING_RATES[1]:
+        true = float(f"{rate / scale:.2g}")  # an uncalibrated scale knows it no better
+        fits.append(f"the sampling rate is about {true:g} Hz instead of {rate:.4g} Hz")
+    fits += _other_range(scale)
+    found = f"the gyroscope's scale comes out as {scale:.3g}, which no sensor has"
+    if not fits:
+        return [f"{found}: check the unit of the rates, the range and the sampling rate"]
+    which = "which is true" if len(fits) > 1 else "this"
+    return [f"{found}. It fits if {', or if '.join(fits)}. Check {which} and correct it"]
+
+
+def _other_range(scale: float) -> list[str]:
+    """That the device measures in another range than its readings were converted for."""
+    for power in RANGES:
+        if abs(np.log(scale / 2.0**power)) < NEAR:
+            wider = "wider" if power > 0 else "narrower"
+            return [f"the range set in the device is {2 ** abs(power)} times {wider} than assumed"]
+    return []
+
+
+def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
+    """How many rotations could not be used, and why, without what would have been advised then."""
+    reasons: dict[str, list[str]] = {}
+    for rotation in rotations:
+        if rotation.problem:
+            reason = rotation.problem.partition(":")[0]
+            reasons.setdefault(re.sub(r"[+−]?\d+(\.\d+)?", "#", reason), []).append(reason)
+    if not reasons:
+        return []
+    count = sum(map(len, reasons.values()))
+    each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
+    notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    clipped = [one for one in rotations if is_clipped(one.problem)]
+    if clipped:
+        places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])
+        more = f" and {len(clipped) - 3} more" if len(clipped) > 3 else ""
+        seconds = sum(seconds_at_end(one.time, one.rate) for one in clipped)
+        notes.append(
+            f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
+            f"for {seconds:.2g} s in all: {CLIPPING_ADVICE['gyroscope']}"
+        )
+    return notes
