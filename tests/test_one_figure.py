@@ -71,10 +71,10 @@ class Outputs:
     saved: dict[str, Sensor]
 
 
-LONG = ("counts", "magnetometer", "noisy", "session-magnetometer", "session-whole")
-"""Recordings that take twice as long as the others, for the studies."""
+SHORT = ("second-order", "six-faces", "xsens")
+"""Recordings that take a few seconds each; the others run with the studies."""
 RECORDINGS = [
-    pytest.param(name, marks=pytest.mark.study if name in LONG else ()) for name in TOLD_ALIKE
+    pytest.param(name, marks=() if name in SHORT else pytest.mark.study) for name in TOLD_ALIKE
 ]
 
 

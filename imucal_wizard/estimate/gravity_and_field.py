@@ -31,6 +31,7 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
 from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
+from imucal_wizard.estimate.second_stage.error_modes import principal
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time
@@ -232,7 +233,10 @@ def with_gyroscope(
             raise DataError("the gyroscope has no rotations to close by both references")
         known_fit = cast("GyroscopeExperiment", fit_before.experiment)
         rotations = _with_unseen(known_fit.rotations, turns, len(report.rotations))
-        source = _heading_rows(known_fit, rotations, turns, known, doubts)
+        moved = _field_moved(stage, found, readings, unit_vectors(field))
+        of_field = np.zeros((len(holds), *moved.shape[1:]))
+        of_field[places] = moved
+        source = _heading_rows(known_fit, rotations, turns, known, doubts, of_field)
         both = known_fit.with_rows(rotations, [source], tuple(range(12)))
         free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
         better = fit(known_fit.with_rows(rotations, [source], free))
@@ -253,6 +257,30 @@ def with_gyroscope(
         note = f"the gyroscope stays with the method that was asked for: {fit_before.method}"
         return replace(stage, notes=(*stage.notes, note)), fit_before
     return stage, better
+
+
+def _field_moved(
+    stage: SecondStage, found: MagnetometerFit, readings: FloatArray, field: FloatArray
+) -> FloatArray:
+    """Change of the unit field with each error mode of the magnetometer and of its alignment.
+
+    Args:
+        stage: alignment and error modes.
+        found: the magnetometer in its own frame.
+        readings: of it, in n holds, shape (n, 3).
+        field: unit field there in the accelerometer's frame, shape (n, 3).
+
+    Returns:
+        Modes of the calibration, which move the alignment, too, then those of the alignment by the
+        errors of the dip, shape (n, 3, k + 3).
+    """
+    alignment = stage.alignment
+    own = (readings - found.fit.bias) @ found.fit.matrix.T
+    modes = stage.modes.of_field(found.fit, own)
+    shifts = np.column_stack([alignment.shifts[:, : modes.shape[2]], principal(alignment.own)])
+    turned = np.cross(shifts.T, field[:, None], axisc=1)
+    turned[:, :, : modes.shape[2]] += np.einsum("ij,njk->nik", alignment.rotation, modes)
+    return np.asarray(turned)
 
 
 def _with_unseen(rotations: RotationSet, turns: Sequence[Segment], count: int) -> RotationSet:
@@ -276,6 +304,7 @@ def _heading_rows(
     turns: Sequence[Segment],
     field: dict[int, FloatArray],
     doubts: dict[int, float],
+    of_field: FloatArray,
 ) -> FieldClosure:
     """Rows for all rotations at whose ends the field is known."""
     before, after = (
@@ -332,7 +361,7 @@ def _heading_rows(
     turns_field = np.zeros((3, *up.shape))
     turns_field[:, aligned] = leaning(up[aligned], np.array(list(field.values())))
     ends = np.column_stack([before, after])
-    found = FieldClosure(by_gravity, by_field, ends, noise, labels, turns_field)
+    found = FieldClosure(by_gravity, by_field, ends, noise, labels, turns_field, of_field)
     found = found.doubting(reference.doubt, reference.undetermined)
     by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
     return replace(found, noise=noise + by_magnetometer / found.level)

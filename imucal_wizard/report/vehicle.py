@@ -60,4 +60,5 @@ def undone_text(autopilot: str, parameters: Mapping[str, float]) -> str:
         )
         corrections.append(f"{sensor} offsets {offset}, scales {scale}")
     stays = _STAYS.get(autopilot, "")
-    return f"undone, as {autopilot} had applied it: {'; '.join(corrections)} (SI){stays}"
+    name = target_named(autopilot).title.partition(":")[0]
+    return f"undone, as {name} had applied it: {'; '.join(corrections)} (SI){stays}"

@@ -34,6 +34,7 @@ from imucal_wizard.sessions.history import (
     PastParameter,
     PastRecheck,
     PastSensor,
+    distinct_names,
 )
 from imucal_wizard.sessions.session_list import SessionInfo
 
@@ -297,7 +298,8 @@ class Catalogue:
             before = {number for number, name in rows if name.casefold() == wanted}
             same = [one for one in known if one[0] in before]
         if not same:
-            names = ", ".join(one.name for _, one in known[:_NAMED]) or "none"
+            listed = distinct_names([one for _, one in known])
+            names = ", ".join(listed[:_NAMED]) or "none"
             more = f" and {len(known) - _NAMED} more" if len(known) > _NAMED else ""
             raise UsageError(f"there is no device {sanitise(device)!r} here; known: {names}{more}")
         if len(same) > 1:

@@ -1,6 +1,7 @@
 """Opens the chosen source: virtual IMU, port, recording, session to replay or resume."""
 
 import math
+import textwrap
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
@@ -278,11 +279,13 @@ class SourceOpener:
 
         if not port.startswith(MAVLINK):
             return Transport(port, baud)
+        from imucal_wizard.report.text import TEXT_COLUMNS
         from imucal_wizard.report.vehicle import undoing, undone_text
 
         vehicle = VehicleLink(port, baud, undoing)
         vehicle.open()
-        self.undone = undone_text(vehicle.autopilot, vehicle.parameters)
+        said = undone_text(vehicle.autopilot, vehicle.parameters)
+        self.undone = textwrap.fill(said, TEXT_COLUMNS)
         return vehicle
 
     def _propose(self, device: Description) -> None:

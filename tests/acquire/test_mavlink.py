@@ -105,6 +105,8 @@ def test_what_is_read_is_the_bare_sensor(autopilot: int, step: float) -> None:
     assert (np.diff(rows[:, 0]) > 0.0).all()
     assert np.abs(rows[:, 1:] - [*FORCE, *TURNING]).max() < step
     said = undone_text(link.autopilot, link.parameters)
+    name = {ARDUPILOT: "ArduPilot", PX4: "PX4"}[autopilot]
+    assert said.startswith(f"undone, as {name} had applied it: ")
     assert "0.3000, −0.2000, 0.1000" in said
     assert "1.020, 0.9800, 1.010" in said
 

@@ -40,8 +40,8 @@ def headings(by_gravity: GravityClosure, by_field: GravityClosure) -> FieldClosu
     spans = np.zeros((len(numbers), 2))
     labels = RowLabels(numbers, numbers, numbers, numbers, spans[:, 0], spans, numbers * 0)
     holds = np.column_stack([numbers, numbers + 1])
-    steady = np.zeros((3, int(holds.max()) + 1, 3))
-    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels, steady)
+    steady, known = np.zeros((3, int(holds.max()) + 1, 3)), np.zeros((int(holds.max()) + 1, 3, 0))
+    return FieldClosure(by_gravity, by_field, holds, np.ones(len(numbers)), labels, steady, known)
 
 
 def closed(source: GravityClosure, matrix: FloatArray, bias: FloatArray) -> ClosureRows:

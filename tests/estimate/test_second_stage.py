@@ -1,6 +1,7 @@
 """The formulas of the second stage one by one: closures, clocks, dip and heading."""
 
 import itertools
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -76,31 +77,60 @@ def test_the_slopes_of_the_heading_are_the_numeric_ones() -> None:
         assert columns[:, index] == pytest.approx(slope, abs=0.02 * np.abs(columns).max())
 
 
-def test_an_error_of_the_accelerometer_moves_headings_as_aligning_anew_does() -> None:
-    """Up is wrong by one skewed axis; the magnetometer is aligned to up as it was and as it is."""
-    rng = np.random.default_rng(5)
-    up, field = _fields(rng, 10, np.radians(60.0))
+def _turned_between(up: FloatArray, field: FloatArray) -> Callable[..., FieldClosure]:
+    """Steady rotations between these directions, to be closed by any directions of up and field."""
     time, turns = np.arange(0.0, 1.2, 1.0 / RATE), []
     for one, two in itertools.pairwise(zip(up, field, strict=True)):
         turn = Attitude.align_vectors(np.array(one), np.array(two), weights=[1.0, 1.0])[0]
         turns.append(np.tile(turn.as_rotvec() / time[-1], (len(time), 1)))
 
     def data(up: FloatArray, field: FloatArray) -> FieldClosure:
-        by_gravity = closures([time] * 9, turns, up[:-1], up[1:])
-        return headings(by_gravity, closures([time] * 9, turns, field[:-1], field[1:]))
+        by_gravity = closures([time] * len(turns), turns, up[:-1], up[1:])
+        by_field = closures([time] * len(turns), turns, field[:-1], field[1:])
+        return headings(by_gravity, by_field)
 
+    return data
+
+
+SMALL = 1e-5
+"""An error of a direction, rad, to which headings follow on a straight line."""
+
+
+def test_an_error_of_the_accelerometer_moves_headings_as_aligning_anew_does() -> None:
+    """Up is wrong by one skewed axis; the magnetometer is aligned to up as it was and as it is."""
+    up, field = _fields(np.random.default_rng(5), 10, np.radians(60.0))
+    data = _turned_between(up, field)
     skewed = up[:, 1:2] * np.array([1.0, 0.0, 0.0])
     doubt = skewed - up * (up * skewed).sum(axis=1)[:, None]
-    small = 1e-5
     ahead, behind = (
         turned_at(data(moved, field @ align(moved, field).rotation.T), np.eye(3), np.zeros(3))
-        for moved in (unit_vectors(up + sign * small * doubt) for sign in (1.0, -1.0))
+        for moved in (unit_vectors(up + sign * SMALL * doubt) for sign in (1.0, -1.0))
     )
     doubted = replace(data(up, field), leaning=leaning(up, field)).doubting(doubt[:, :, None], 1)
     column = turned_at(doubted, np.eye(3), np.zeros(3)).shared_columns()[:, 0]
-    slope = (ahead.residual - behind.residual) / (2.0 * small)
+    slope = (ahead.residual - behind.residual) / (2.0 * SMALL)
     assert column == pytest.approx(slope, abs=1e-3 * np.abs(slope).max())
     assert doubted.undetermined == doubted.shared == ("accelerometer_0",)
+
+
+def test_an_error_of_the_magnetometer_moves_headings_as_other_directions_of_the_field_do() -> None:
+    """Its soft iron is wrong by one entry, in all rotations alike; up is wrong in another way."""
+    up, field = _fields(np.random.default_rng(6), 10, np.radians(60.0))
+    data = _turned_between(up, field)
+    bent = field[:, :1] * np.array([0.0, 1.0, 0.0])
+    moved = bent - field * (field * bent).sum(axis=1)[:, None]
+    ahead, behind = (
+        turned_at(data(up, unit_vectors(field + sign * SMALL * moved)), np.eye(3), np.zeros(3))
+        for sign in (1.0, -1.0)
+    )
+    known = replace(data(up, field), field_doubt=moved[:, :, None])
+    doubted = known.doubting(np.roll(moved, 1, axis=1)[:, :, None], 0)
+    columns = turned_at(doubted, np.eye(3), np.zeros(3)).shared_columns()
+    slope = (ahead.residual - behind.residual) / (2.0 * SMALL)
+    assert columns[:, 1] == pytest.approx(slope, abs=1e-3 * np.abs(slope).max())
+    assert doubted.shared == ("accelerometer_0", "magnetometer_0")
+    assert doubted.shared_precision == (1.0, 1.0)
+    assert doubted.undetermined == ()
 
 
 def _passage(rng: np.random.Generator, offset: float, noise: float) -> Passage:

@@ -117,6 +117,8 @@ def test_kalibrs_model_makes_the_readings_of_true_values(tmp_path: Path) -> None
     """``y = M C w + A (C a) + b`` in a body frame in which the accelerometer's M is lower."""
     path = tmp_path / "imu.yaml"
     done = write_export(calibration(), "kalibr", path)
+    assert path.read_text().count("] m/s^2\n") == path.read_text().count("] rad/s\n") == 1
+    assert "-0," not in path.read_text()
     assert done.sensors["gyroscope"].rms_exported < 2e-4
     m = kalibr_matrices(path)
     M_a, M, A = m["accelerometers/M"], m["gyroscopes/M"], m["gyroscopes/A"]

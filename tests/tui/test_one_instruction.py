@@ -183,4 +183,4 @@ async def test_each_state_of_the_source_shows_one_instruction(size: tuple[int, i
             shown = {one: text.count(one) for one in tasks if one in text}
             assert shown == ({task: 1} if task else {}), name
             starts = task in ("enter starts", "Free some space")
-            await until(pilot, lambda: ("start calibrating" in seen(pilot)) == starts)  # noqa: B023
+            await until(pilot, lambda: ("enter start " in seen(pilot)) == starts)  # noqa: B023

@@ -288,7 +288,7 @@ async def test_nothing_is_asked_while_a_header_may_still_come() -> None:
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         text = await shows(pilot, "not known: gyroscope unit", "c columns and units")
         assert "which column" not in text
-        assert "start calibrating" not in text
+        assert "enter start " not in text
 
 
 async def test_columns_without_names_are_mapped_by_hand() -> None:
@@ -312,7 +312,7 @@ async def test_no_start_is_offered_before_anything_has_arrived() -> None:
     source = fakes.FakeSource(stream=StreamStatus(source="/dev/ttyACM0", problem=problem))
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         text = await shows(pilot, "There is no port /dev/ttyACM0", "esc other source")
-        assert "start calibrating" not in text
+        assert "enter start " not in text
 
 
 async def test_many_unreadable_lines_are_shown_whole_at_the_usual_size() -> None:

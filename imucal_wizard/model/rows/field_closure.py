@@ -8,7 +8,8 @@ field shows it across the field, ``e_f = θ − f (f·θ)``. With ``n = (u − f
 
 It is one row per rotation, a linear combination of the rows of the two closures, and so are its
 derivatives. An error of the accelerometer moves up, and with it the alignment of the magnetometer,
-which was made by up: where poses leave angles undetermined, headings are off by these.
+which was made by up: where poses leave angles undetermined, headings are off by these. Errors of
+the magnetometer's calibration and of its alignment turn the field alike in all rotations.
 """
 
 from collections.abc import Callable, Sequence
@@ -72,8 +73,11 @@ class HeadingRows(Rows):
         return self._combined(gravity, self.by_field.design_columns(terms))
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``."""
-        return self._combined(self.by_gravity.shared_columns(), self.by_field.shared_columns())
+        """See ``Rows``: the errors of the accelerometer, then those of the magnetometer."""
+        field = self.by_field.shared_columns()
+        gravity = np.zeros_like(field)
+        gravity[:, : len(self._source.by_gravity.shared)] = self.by_gravity.shared_columns()
+        return self._combined(gravity, field)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +92,8 @@ class FieldClosure(RowSource):
         labels: see ``RowSource``.
         leaning: by how much small changes of up in each hold turn the field of all holds, rotation
             vector, shape (3, h, 3).
+        field_doubt: change of the unit field in each hold with each error mode of the magnetometer
+            and of its alignment, shape (h, 3, k).
     """
 
     by_gravity: GravityClosure
@@ -96,6 +102,7 @@ class FieldClosure(RowSource):
     noise: FloatArray
     labels: RowLabels
     leaning: FloatArray
+    field_doubt: FloatArray
     kind = "heading"
     unit = "rad"
     judged, moving, noise_is_measured = False, True, False
@@ -121,7 +128,8 @@ class FieldClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        return self.by_gravity.shared
+        modes = range(self.field_doubt.shape[2])
+        return (*self.by_gravity.shared, *(f"magnetometer_{k}" for k in modes))
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
@@ -131,7 +139,7 @@ class FieldClosure(RowSource):
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
-        return self.by_gravity.shared_precision
+        return (1.0,) * len(self.shared)
 
     def under(self, up: FloatArray, doubt: FloatArray, usual: int) -> "FieldClosure":
         """See ``RowSource``; the field's direction stays that of the alignment."""
@@ -144,14 +152,19 @@ class FieldClosure(RowSource):
         first, last = self.holds.T
         turned = np.einsum("ihj,hjk->ik", self.leaning, doubt)
 
-        def moved(field: FloatArray) -> FloatArray:
-            return np.asarray(np.cross(turned.T, field[:, None], axisc=1))
+        def moved(field: FloatArray, hold: IntArray) -> FloatArray:
+            by_up = np.cross(turned.T, field[:, None], axisc=1)
+            return np.concatenate([by_up, self.field_doubt[hold]], axis=2)
 
         gravity = replace(
             self.by_gravity, before_doubt=doubt[first], after_doubt=doubt[last], usual=usual
         )
         field = self.by_field
-        field = replace(field, before_doubt=moved(field.before), after_doubt=moved(field.after))
+        field = replace(
+            field,
+            before_doubt=moved(field.before, first),
+            after_doubt=moved(field.after, last),
+        )
         return replace(self, by_gravity=gravity, by_field=field)
 
     @property

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_file import Calibration, Sensor
 from imucal_wizard.report.exports import BACKWARD, ExportSettings, ExportTarget, Files
 from imucal_wizard.report.exports.imucal import is_g_sensitivity, sensitivity_to_g
 from imucal_wizard.report.proof import Correction, Samples
@@ -65,7 +65,7 @@ def _noise(calibration: Calibration, settings: ExportSettings) -> list[str]:
 
 
 def _matrix(name: str, values: FloatArray) -> list[str]:
-    rows = [", ".join(f"{value:.17g}" for value in row) for row in values]
+    rows = [", ".join(f"{value:.17g}" for value in row) for row in values + 0.0]  # no −0
     return [f"  {name}:", *(f"  - [{row}]" for row in rows)]
 
 
@@ -75,7 +75,7 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     if "accelerometer" in calibration.sensors:
         sensor = calibration["accelerometer"]
         lower, turn = _lower(np.linalg.inv(sensor.matrix))
-        lines += ["accelerometers:", *_matrix("M", lower), *_bias(sensor.bias)]
+        lines += ["accelerometers:", *_matrix("M", lower), *_bias(sensor)]
     if "gyroscope" in calibration.sensors:
         sensor = calibration["gyroscope"]
         per_rate = np.linalg.inv(sensor.matrix)
@@ -83,12 +83,13 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
         # A acts on C a, and a in Kalibr's frame is turn @ ours
         cross = per_rate @ sensitivity_to_g(sensor) @ turn.T @ mounting.T
         lines += ["gyroscopes:", *_matrix("M", lower), *_matrix("A", cross)]
-        lines += [*_matrix("C_gyro_i", mounting), *_bias(sensor.bias)]
+        lines += [*_matrix("C_gyro_i", mounting), *_bias(sensor)]
     return {"": ("\n".join(lines) + "\n").encode()}
 
 
-def _bias(bias: list[float]) -> list[str]:
-    return [f"  # bias in this calibration: [{', '.join(f'{one:.17g}' for one in bias)}]"]
+def _bias(sensor: Sensor) -> list[str]:
+    numbers = ", ".join(f"{one:.17g}" for one in sensor.bias)
+    return [f"  # bias in this calibration: [{numbers}] {sensor.bias_unit}"]
 
 
 def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:

@@ -46,8 +46,8 @@ _ENTER: list[BindingType] = [
         tooltip="opens the selected source, or the typed one",
     ),
     Binding(
-        "enter", "screen.start", "start calibrating", key_display="enter",
-        tooltip="starts the calibration",
+        "enter", "screen.start", "start", key_display="enter",
+        tooltip="starts the calibration or the recheck",
     ),
 ]  # fmt: skip
 """Bound by the widget that has the focus: a key bound with priority would overtake those typed
