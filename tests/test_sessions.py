@@ -137,6 +137,29 @@ def test_a_session_that_is_removed_while_it_is_written_is_told_and_can_be_copied
     session.close()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no limits of the size of files there")
+def test_a_commit_leaves_room_for_the_index_of_the_log(tmp_path: Path) -> None:
+    """Without room for that, a file system that copies on write kills the process."""
+    import resource
+
+    path, other = tmp_path / "a.imucal", tmp_path / "b.imucal"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Session.create(path, {}) as session:
+        session.write_raw(0.25, b"1,2,3\n")
+        session.commit()
+        session.write_raw(0.5, b"4,5,6\n")
+        grown = path.with_name(f"{path.name}-wal").stat().st_size + 20_000  # enough for the piece
+        resource.setrlimit(resource.RLIMIT_FSIZE, (grown, before[1]))
+        try:
+            with pytest.raises(SessionError, match="the limit of the size of a file is reached"):
+                session.commit()
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        session.roll_back()
+        with session.copied(other) as copy:
+            assert [data for _, _, data in copy.raw()] == [b"1,2,3\n"]
+
+
 def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     Session.create(path, {}).close()

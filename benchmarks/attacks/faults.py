@@ -77,7 +77,7 @@ def _failed(place: tuple[object, ...]) -> str:
             said = "".join(last.decode().split())
         reports = list(home.rglob("fault-*.txt"))
         if len(reports) != 1:
-            return f"{len(reports)} reports, exit status {status}"
+            return f"{len(reports)} reports, exit status {status}, the terminal says {said[-200:]}"
         (report,) = reports
         text = report.read_text()
         if status == 0 or str(report) not in said or "Traceback" in said:

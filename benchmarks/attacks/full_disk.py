@@ -1,10 +1,11 @@
 """Runs of the wizard on a disk that becomes full, and calibrations that find no room."""
 
 import os
+import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,10 @@ SESSION_KIB = 60, 2400
 """Room that a session finds; a whole one needs more."""
 RESULT_KIB = 4, 200
 """Room that a calibration finds; it needs about 260."""
+QUOTA_TOOLS = ("mkfs.btrfs", "btrfs")
+SYNCING = ("/bin/sh", "-c", "while sleep 0.2; do sync -f disk; done")
+COPYING_DISK_BYTES = 120 << 20
+"""Size of a disk with quotas that copies on write; such a disk needs 109 MiB."""
 PATIENCE = 600.0
 """Seconds until a run has ended, however busy the machine is."""
 LIMITED = ("/bin/sh", "-c", 'ulimit -f "$1"; shift; exec "$@"', "sh")
@@ -32,26 +37,60 @@ LIMITED = ("/bin/sh", "-c", 'ulimit -f "$1"; shift; exec "$@"', "sh")
 def run(full: bool) -> Outcome:
     """Run the wizard unattended where there is too little room."""
     chance, outcome = np.random.default_rng(3), Outcome()
+    mounts = os.geteuid() == 0  # who else may mount a small disk?
+    quotas = mounts and all(map(shutil.which, QUOTA_TOOLS))
     for _ in CLOCK.attempts(ROUNDS[full]):
-        outcome.count(_session(chance, limited=True))
-        if os.geteuid() == 0:  # who else may mount a small disk?
-            outcome.count(_session(chance, limited=False))
+        outcome.count(_limited(chance))
+        if mounts:
+            outcome.count(_session(chance, _disk, "the disk is full"))
             outcome.count(_result(chance))
-    if os.geteuid() != 0:
+        if quotas:
+            outcome.count(_session(chance, _quota, "the quota of the disk is used up"))
+    if not mounts:
         outcome.notes.append("without small disks: only root may mount them")
+    if not quotas:
+        outcome.notes.append("without quotas: they need root and btrfs-progs")
     return outcome
+
+
+def _call(*command: str) -> None:
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
 
 @contextmanager
 def _disk(kib: int) -> Iterator[Path]:
     """A disk of this size."""
     with tempfile.TemporaryDirectory() as folder:
-        command = ["mount", "-t", "tmpfs", "-o", f"size={kib}k", "tmpfs", folder]
-        subprocess.run(command, check=True)
+        _call("mount", "-t", "tmpfs", "-o", f"size={kib}k", "tmpfs", folder)
         try:
             yield Path(folder)
         finally:
-            subprocess.run(["umount", folder], check=True)
+            _call("umount", folder)
+
+
+@contextmanager
+def _quota(kib: int) -> Iterator[Path]:
+    """A folder with a quota of this size, on a disk that copies on write.
+
+    Its pages are written all the time, as a long run leaves them: then each change needs new room.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        image, disk = Path(name, "image"), Path(name, "disk")
+        disk.mkdir()
+        with image.open("wb") as file:
+            file.truncate(COPYING_DISK_BYTES)
+        _call("mkfs.btrfs", "--quiet", str(image))
+        _call("mount", "-o", "loop", str(image), str(disk))
+        try:
+            place = disk / "place"
+            _call("btrfs", "quota", "enable", str(disk))
+            _call("btrfs", "subvolume", "create", str(place))
+            _call("btrfs", "qgroup", "limit", f"{kib}K", str(place))
+            with subprocess.Popen(SYNCING, cwd=image.parent) as syncing:
+                yield place
+                syncing.kill()
+        finally:
+            _call("umount", str(disk))
 
 
 def _unattended(home: Path, *options: str, blocks: int = 0) -> tuple[int, str]:
@@ -65,28 +104,37 @@ def _unattended(home: Path, *options: str, blocks: int = 0) -> tuple[int, str]:
         return status, " ".join(last.decode().split())
 
 
-def _session(chance: np.random.Generator, *, limited: bool) -> str:
-    """What was lost of a session that found too little room."""
+def _limited(chance: np.random.Generator) -> str:
+    """What was lost of a session whose files may not become large enough."""
     kib = int(chance.integers(*SESSION_KIB))
     with tempfile.TemporaryDirectory() as name:
-        home = Path(name)
-        if limited:
-            place = home / "sessions"
-            said = _unattended(home, "--sessions", str(place), blocks=2 * kib)
-            return _judged(said, "the limit of the size of a file", place, home, f"{kib} KiB")
-        with _disk(kib) as place:
-            said = _unattended(home, "--sessions", str(place))
-            return _judged(said, "the disk is full", place, home, f"a disk of {kib} KiB")
+        place = Path(name, "sessions")
+        said = _unattended(Path(name), "--sessions", str(place), blocks=2 * kib)
+        cause = "the limit of the size of a file is reached"
+        return _judged(said, cause, place, None, f"files of {kib} KiB")
 
 
-def _judged(said: tuple[int, str], cause: str, place: Path, home: Path, what: str) -> str:
+def _session(
+    chance: np.random.Generator, room: Callable[[int], AbstractContextManager[Path]], cause: str
+) -> str:
+    """What was lost of a session that found too little room."""
+    kib = int(chance.integers(*SESSION_KIB))
+    with tempfile.TemporaryDirectory() as name, room(kib) as place:
+        said = _unattended(Path(name), "--sessions", str(place))
+        return _judged(said, cause, place, Path(name), f"{kib} KiB")
+
+
+def _judged(said: tuple[int, str], cause: str, place: Path, second: Path | None, what: str) -> str:
+    """What was lost of a session in ``place``; it goes on in the second place if there is one."""
     status, last = said
+    what = f"{what}, {cause}"
     if status != 2 or cause not in last:
         return f"{what}: exit status {status}, and the terminal says {last[-200:]}"
     if "holds" in last and "corrected = M" not in last:
         return f"{what}: the calibration was not printed"
-    first, moved = (sorted(one.glob("*.imucal")) for one in (place, home))
-    if cause == "the disk is full" and not moved:
+    first = sorted(place.glob("*.imucal"))
+    moved = sorted(second.glob("*.imucal")) if second is not None else []
+    if second is not None and not moved:
         return f"{what}: no second place was used"
     try:
         holds = [_holds(one) for one in (*first, *moved)]

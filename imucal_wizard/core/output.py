@@ -138,15 +138,24 @@ ROOM_BYTES = 1 << 24
 """Free bytes of a disk that is proposed instead of another one."""
 
 
-def why_it_cannot_grow(*files: Path) -> str:
-    """Why files of one folder cannot grow, "" if they can; tried by a file as large as they are."""
+def why_it_cannot_grow(*files: Path, by: int = PROBE_BYTES, sync: bool = True) -> str:
+    """Why files of one folder cannot grow, "" if they can; tried by a file as large as they are.
+
+    Args:
+        files: the files.
+        by: bytes by which the largest is to grow.
+        sync: wait until the disk has taken them; a network disk may refuse them only then.
+    """
     import tempfile
 
     try:
         size = max((one.stat().st_size for one in files if one.exists()), default=0)
         with tempfile.TemporaryFile(dir=files[0].parent) as file:
-            os.pwrite(file.fileno(), b"\1" * PROBE_BYTES, size)
-            os.fsync(file.fileno())
+            file.seek(size)
+            file.write(b"\1" * by)
+            file.flush()
+            if sync:
+                os.fsync(file.fileno())
     except OSError as error:
         return cause_of(error)
     return ""

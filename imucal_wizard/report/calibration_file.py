@@ -485,7 +485,7 @@ def read_calibration(path: Path) -> Calibration:
     except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is damaged: {error}") from error
     for name, sensor in found.sensors.items():
-        wrong = _wrong(sensor)
+        wrong = _wrong(name, sensor)
         if wrong:
             raise RecordingError(f"{path} is damaged or was edited by hand: the {name}'s {wrong}")
     wrong = wrong_measurements(
@@ -498,8 +498,8 @@ def read_calibration(path: Path) -> Calibration:
     return found
 
 
-def _wrong(sensor: Sensor) -> str:
-    """What of a sensor cannot be applied, or "" if all can."""
+def _wrong(name: str, sensor: Sensor) -> str:
+    """What of a sensor of this name cannot be applied, or "" if all can."""
     matrix, bias = sensor.matrix, sensor.bias
     if len(matrix) != 3 or any(len(row) != 3 for row in matrix):
         return "matrix is not three rows of three numbers"
@@ -508,6 +508,8 @@ def _wrong(sensor: Sensor) -> str:
     if np.linalg.matrix_rank(np.array(matrix)) != 3:
         return "matrix is singular"
     for one in sensor.effects:
+        if one.sensor != name:
+            return f"{one.term} is an effect of another sensor"
         if len(one.sizes) != len(one.parameters):
             return f"{one.term} has {len(one.sizes)} sizes for {len(one.parameters)} parameters"
     if any((one.standard_error or 0.0) < 0.0 for one in sensor.parameters.values()):

@@ -15,15 +15,18 @@ from typing import Any, Self, TypeVar
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import Command, explain_errors
+from imucal_wizard.acquire.files.sqlite_pages import log_of
 from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import DamagedSessionError, SessionError, SessionTakenError
-from imucal_wizard.core.output import cause_of
+from imucal_wizard.core.output import cause_of, why_it_cannot_grow
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.sessions.checkpoint import Checkpoint
 from imucal_wizard.sessions.session_list import remove_session
 
 _T = TypeVar("_T")
+SPARE_BYTES = 1 << 18
+"""Room that is left for the index of the log (32 KiB for each 16 MiB) and for tables."""
 
 
 class KeptSession:
@@ -218,6 +221,8 @@ class Session(KeptSession):
         super().__init__(path, connection)
         self._findings = FindingTables()
         self._files: list[tuple[int, int] | None] = []
+        self._uncommitted = 0
+        self._reader: sqlite3.Connection | None = None
 
     @classmethod
     def create(cls, path: Path, about: dict[str, Any]) -> "Session":
@@ -313,6 +318,7 @@ class Session(KeptSession):
         with self._explaining():
             self._connection.executemany("INSERT INTO raw VALUES (?, ?, ?)", rows)
         self.last_raw, self.last_arrival, _ = rows[-1]
+        self._uncommitted += sum(len(data) for _, data in pieces)
 
     def write_command(self, sample_index: int, name: str, argument: str = "") -> None:
         """Write a command before it is carried out."""
@@ -356,16 +362,20 @@ class Session(KeptSession):
                 "INSERT OR REPLACE INTO checkpoint VALUES (1, ?, ?, ?, ?)",
                 (kept.after_raw, commands, state, seal),
             )
+        self._uncommitted += len(state)
 
     def commit(self) -> None:
         """Commit to the disk.
 
         Raises:
-            SessionError: the file is no longer there; what is written would be lost at the end.
+            SessionError: the file is no longer there, so what is written would be lost at the end;
+                or there is no room, and nothing was committed.
         """
+        self._find_room()
         with self._explaining():
             self._connection.execute("COMMIT")
             self._connection.execute("BEGIN IMMEDIATE")
+        self._uncommitted = 0
         there = [_identity(self.path.with_name(f"{self.path.name}{end}")) for end in ("", "-wal")]
         self._files = self._files or there
         if there != self._files:
@@ -374,11 +384,29 @@ class Session(KeptSession):
                 settings=("sessions",),
             )
 
+    def _find_room(self) -> None:
+        """Find out whether the disk has room for what is committed and for the index of the log.
+
+        SQLite writes that index through a mapped file. Where a file system copies on write (btrfs),
+        each change of it needs room, and without room the system kills the process (SIGBUS).
+        """
+        room = SPARE_BYTES + 2 * self._uncommitted
+        log = log_of(self.path)
+        if cause := why_it_cannot_grow(self.path, log, by=room, sync=False):
+            raise session_file.no_room_error(self.path, cause)
+
     def roll_back(self) -> None:
-        """Drop uncommitted rows after a failure; the file can only be read and copied then."""
+        """Drop uncommitted rows after a failure; the file can only be read and copied then.
+
+        A second reader keeps SQLite from moving the log to the file when that is closed: there may
+        be no room for it.
+        """
         with suppress(sqlite3.Error):
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
+            address = self.path.absolute().as_uri() + "?mode=ro"
+            self._reader = sqlite3.connect(address, uri=True, check_same_thread=False)
+            self._reader.execute("SELECT count(*) FROM sqlite_master").fetchone()
 
     def close(self) -> None:
         """Commit and close the file."""
@@ -388,6 +416,8 @@ class Session(KeptSession):
                     self._connection.execute("COMMIT")
         finally:
             self._connection.close()
+            if self._reader is not None:
+                self._reader.close()
 
 
 def _identity(path: Path) -> tuple[int, int] | None:

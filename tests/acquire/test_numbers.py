@@ -1,6 +1,7 @@
 """A printed number has one value, whether it is read alone or with a thousand others."""
 
 import math
+import time
 from itertools import pairwise
 
 import numpy as np
@@ -126,6 +127,13 @@ def test_what_firmware_prints_instead_of_a_number_is_nan(field: bytes) -> None:
 @pytest.mark.parametrize("field", [b"abc", b"1_000", b"0x10", b"1.2.3", b"--1", b"e", b"1e"])
 def test_what_is_no_number_is_text(field: bytes) -> None:
     assert numbers.printed_number(field) is None
+
+
+def test_a_line_of_digits_is_searched_once() -> None:
+    """A pattern that can divide the digits in many ways needs a minute of CPU for one line."""
+    begin = time.process_time()
+    assert numbers.NUMBER.search("9" * MAX_LINE_BYTES + "x") is None
+    assert time.process_time() - begin < 1.0
 
 
 def test_a_time_of_day_is_seconds() -> None:

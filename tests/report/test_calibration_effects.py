@@ -1,12 +1,13 @@
 """A model with effects on disk: it corrects what was read as the bench's own fit does."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from imucal_wizard.api import load
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
@@ -42,6 +43,11 @@ def test_what_the_bench_added_is_saved_and_applied(tmp_path: Path) -> None:
     assert plain.effects == []
     assert saved.model[-1] == "second-order"
     (effect,) = saved.effects
+    garbled, data = tmp_path / "garbled.json", json.loads((tmp_path / "c.json").read_bytes())
+    data["sensors"]["accelerometer"]["effects"][0]["sensor"] = "gyroscope"
+    garbled.write_text(json.dumps(data))
+    with pytest.raises(RecordingError, match="effect of another sensor"):
+        load(garbled)
     assert (effect.term, effect.parameters, effect.unit) == ("second-order", [*"xyz"], "mg/g²")
     assert effect.sizes[0] == pytest.approx(5.0, abs=0.3)
     assert saved.parameters["second-order_x"].standard_error is not None

@@ -49,7 +49,7 @@ _JOINED = (
 _COMMA_NUMBER = re.compile(rb"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
 NUMBER = re.compile(
-    r"(?<![\w.^])[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![\w^])"
+    r"(?<![\w.^])[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?(?![\w^])"
     r"|(?<!\w)[-+]?(?:nan|inf|ovf)(?!\w)",
     re.IGNORECASE,
 )

@@ -136,6 +136,11 @@ _NOT_WRITTEN = dict.fromkeys(
 """The database's errors of writing, and their cause if no other is found."""
 
 
+def no_room_error(path: Path, cause: str) -> SessionError:
+    """The error of a session whose disk takes no more."""
+    return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))
+
+
 def session_error(path: Path, error: Exception) -> SessionError:
     """The error of the database as a message that says what to do."""
     if isinstance(error, sqlite3.OperationalError) and "locked" in str(error):
@@ -148,7 +153,7 @@ def session_error(path: Path, error: Exception) -> SessionError:
             # SQLite does not distinguish a quota or a limit from a disk that does not work
             log = log_of(path)
             cause = why_it_cannot_grow(path, log) or _NOT_WRITTEN.get(name, "the disk is full")
-            return SessionError(f"{path} cannot be written: {cause}", settings=("sessions",))
+            return no_room_error(path, cause)
         if "unable to open" in str(error):
             return SessionError(
                 f"{path} cannot be opened; copy it, with the files beside it whose names begin like"
