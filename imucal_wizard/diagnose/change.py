@@ -126,10 +126,14 @@ class DetectionPower:
         """Errors of sensors whose estimates scatter like this, drawn by chance, shape (n,).
 
         The symmetric root of the covariance changes as little as the covariance does, so that the
-        same draws give the same limit an hour later; principal axes may change places.
+        same draws give the same limit an hour later; principal axes may change places. It is taken
+        of gains as shares and of biases in SI: in counts the variances differ by too many powers of
+        ten for it.
         """
-        values, axes = np.linalg.eigh(covariance)
-        root = axes * np.sqrt(np.maximum(values, 0.0)) @ axes.T
+        size = self.known.size
+        unit = np.repeat([1.0 / size, size], [9, 3])
+        values, axes = np.linalg.eigh(covariance * np.outer(unit, unit))
+        root = axes * np.sqrt(np.maximum(values, 0.0)) @ axes.T / unit[:, None]
         return np.asarray(np.abs(_normal(self._draws) @ (self._errors @ root).T).max(axis=1))
 
     def error_of(self, change: FloatArray) -> float:

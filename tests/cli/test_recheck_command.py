@@ -14,9 +14,12 @@ import pytest
 import imucal_wizard as iw
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.description import Description
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.calibrated_sensor import RecheckData
+from imucal_wizard.diagnose.change import DetectionPower
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,
     RecheckSettings,
@@ -338,6 +341,27 @@ def test_the_limit_changes_as_little_as_the_age_of_the_calibration(folder: Path)
         limits.append(recheck_readings(known, readings).sensors["accelerometer"].limit)
     assert limits[0] > 2.5 * MILLI_G
     assert limits == pytest.approx([limits[0]] * 3, rel=1e-4)
+
+
+def test_the_limit_does_not_depend_on_the_unit_of_the_readings(folder: Path) -> None:
+    """Variances of gains and of biases in counts of 24 bits differ by many powers of ten."""
+    known = CalibratedDevice(
+        read_calibration(folder / "cal.json"), RecheckSettings(datetime.now(UTC))
+    ).sensors["accelerometer"]
+    per_count = 4.0 * STANDARD_GRAVITY / 2**24
+    step = np.repeat([per_count, 1.0 / per_count], [9, 3])
+    plain = known.calibration
+    counts = replace(
+        known,
+        calibration=Parameters(plain.matrix * per_count, plain.bias / per_count, plain.sizes),
+        unit="count",
+        covariance=known.covariance * np.outer(step, step),
+    )
+    errors = [
+        DetectionPower(one, 0.0 * one.covariance, STANDARD_GRAVITY, 0.01).errors(one.covariance)
+        for one in (known, counts)
+    ]
+    assert errors[1] == pytest.approx(errors[0], rel=1e-6)
 
 
 def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -> None:
