@@ -30,8 +30,8 @@ from imucal_wizard.model.rows.source import ENTRIES
 
 UNEXPLAINED_P = 0.01
 """Probability of residuals by measured noise alone, below which rows count as noisier."""
-ERROR_DRAWS = 10_000
-"""Of the error of an unchanged sensor, for its quantiles: they then err by a per cent or two."""
+ERROR_DRAWS = 30_000
+"""Of the error of an unchanged sensor, for its quantiles: they then err by about one per cent."""
 PLANNING_DRAWS = 1_000
 """The same while the next pose is chosen: they then err by a few per cent."""
 LEAST_CHANGE = 1.6
@@ -123,9 +123,14 @@ class DetectionPower:
         return np.asarray(self.basis @ whole[own, own] @ self.basis.T)
 
     def errors(self, covariance: FloatArray) -> FloatArray:
-        """Errors of sensors whose estimates scatter like this, drawn by chance, shape (n,)."""
-        steps = self._errors @ principal_steps(covariance)
-        return np.asarray(np.abs(_normal(self._draws)[:, : steps.shape[1]] @ steps.T).max(axis=1))
+        """Errors of sensors whose estimates scatter like this, drawn by chance, shape (n,).
+
+        The symmetric root of the covariance changes as little as the covariance does, so that the
+        same draws give the same limit an hour later; principal axes may change places.
+        """
+        values, axes = np.linalg.eigh(covariance)
+        root = axes * np.sqrt(np.maximum(values, 0.0)) @ axes.T
+        return np.asarray(np.abs(_normal(self._draws) @ (self._errors @ root).T).max(axis=1))
 
     def error_of(self, change: FloatArray) -> float:
         """The largest error of corrected readings by a change of M and b."""

@@ -134,9 +134,13 @@ class CalibratedDevice:
             if name not in units:
                 says = f"the recording has no {name}: x, y and z were not seen"
                 sensors[name] = not_seen(one, self.criteria, says)
-        if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
-            sensors[MAGNETOMETER] = self._field(measured)
-        return device_verdict(sensors, measured.seconds, self.warnings)
+        notes = list(self.warnings)
+        if MAGNETOMETER in self.calibration.sensors:
+            if MAGNETOMETER in units:
+                sensors[MAGNETOMETER] = self._field(measured)
+            else:
+                notes.append("the magnetometer was not checked: its readings are missing")
+        return device_verdict(sensors, measured.seconds, notes)
 
     def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
         """The pose that would show most of what has not been seen.

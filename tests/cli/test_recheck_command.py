@@ -2,21 +2,26 @@
 
 import json
 from collections.abc import Callable
-from datetime import UTC, datetime
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
+import imucal_wizard as iw
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.description import Description
+from imucal_wizard.diagnose.calibrated_sensor import RecheckData
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,
     RecheckSettings,
     recheck_collected,
+    recheck_readings,
     unreadable_recheck,
 )
 from imucal_wizard.report.calibration_file import read_calibration
@@ -319,6 +324,31 @@ def test_what_is_no_verdict_on_the_device_is_not_kept_in_its_history(
     (said,) = kept_recheck(unnamed, found, document, kept)
     assert said == "not kept in a history: the calibration names no device"
     assert not kept.exists()
+
+
+def test_the_limit_changes_as_little_as_the_age_of_the_calibration(folder: Path) -> None:
+    """A session that is opened again an hour later shows the figures of its first verdict."""
+    made, readings = read_calibration(folder / "cal.json"), iw.read(folder / "today.csv").readings
+    limits = []
+    for minutes in (60, 61, 62):
+        now = datetime.now(UTC) + timedelta(minutes=minutes)
+        known = CalibratedDevice(made, RecheckSettings(now))
+        for name, one in known.sensors.items():  # so far off that drift makes the limit
+            known.sensors[name] = replace(one, temperature=(one.temperature or 25.0) + 4.0)
+        limits.append(recheck_readings(known, readings).sensors["accelerometer"].limit)
+    assert limits[0] > 2.5 * MILLI_G
+    assert limits == pytest.approx([limits[0]] * 3, rel=1e-4)
+
+
+def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -> None:
+    plain = read_calibration(folder / "cal.json")
+    field = msgspec.structs.replace(plain["accelerometer"], unit="uT", bias_unit="uT")
+    whole = msgspec.structs.replace(plain, sensors={**plain.sensors, "magnetometer": field})
+    units, measured = {"accelerometer": "m/s^2"}, RecheckData((), (), 0.0)
+    for made, count in ((plain, 0), (whole, 1)):
+        known = CalibratedDevice(made, RecheckSettings(datetime.now(UTC)))
+        says = known.judged(measured, units).says
+        assert says.count("the magnetometer was not checked") == count
 
 
 def test_the_virtual_imu_is_another_device(folder: Path, tmp_path: Path) -> None:
