@@ -7,7 +7,7 @@ s₁)`` and that a calibration corrects further by ``(o₂, s₂)`` are composed
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -122,14 +122,28 @@ class Counts:
         reads = f"{_READS}{self.here:.9g} here and {self.there:.9g} in the controller"
         return ("\n".join([head(calibration), reads, *lines, "save"]) + "\n").encode()
 
-    def correction(self, new: Axes, before: Axes) -> Correction:
-        """The controller's correction in counts, of readings that it corrected before."""
 
-        def correct(samples: Samples) -> FloatArray:
-            adc = before.raw(samples.reading * self.there / self.here)
-            return np.asarray(new.corrected(adc) * STANDARD_GRAVITY / self.there)
+def read_counts(
+    axes_in: Callable[[bytes | None], Axes], data: bytes, present: bytes | None
+) -> dict[str, Correction]:
+    """A controller's formula in counts, as accelerations.
 
-        return correct
+    Args:
+        axes_in: finds offsets and scales in the settings of the controller.
+        data: the settings that were exported.
+        present: those that it applied while it was recorded, or None.
+
+    Raises:
+        LookupError: the settings were not exported by this program.
+        ValueError: they are not there.
+    """
+    new, before, g = axes_in(data), axes_in(present), Counts.read(data)
+
+    def correct(samples: Samples) -> FloatArray:
+        adc = before.raw(samples.reading * g.there / g.here)
+        return np.asarray(new.corrected(adc) * STANDARD_GRAVITY / g.there)
+
+    return {"accelerometer": correct}
 
 
 def notes_of_counts(counts_per_g: float | None, present: bytes | None) -> tuple[str, ...]:

@@ -178,7 +178,7 @@ def read_noise(path: Path) -> dict[str, Any]:
     """
     try:
         found = msgspec.json.decode(read_document(path))
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise RecordingError(f"{path} is not JSON; give the result of a noise measurement") from (
             error
         )

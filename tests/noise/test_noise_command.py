@@ -15,9 +15,10 @@ from scipy import signal
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.long_recording import LongRecording
 from imucal_wizard.cli.main import main
+from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.noise_survey import NoiseSurvey
-from imucal_wizard.report.noise_report import live_noise_text, progress_line
+from imucal_wizard.report.noise_report import live_noise_text, progress_line, read_noise
 from tests.acquire.ports import Pty
 from tests.noise.at_rest import csv_of, three_axes
 from tests.report.devices import calibration
@@ -191,6 +192,13 @@ def test_kalibr_takes_the_measured_noise(
     capsys.readouterr()
     assert main([*command[:-1], str(saved)]) == 2
     assert "give the result of a noise measurement" in capsys.readouterr().err
+
+
+def test_brackets_without_end_are_refused_as_noise(tmp_path: Path) -> None:
+    path = tmp_path / "deep.json"
+    path.write_bytes(b"[" * 100_000)
+    with pytest.raises(RecordingError, match="is not JSON; give the result of a noise"):
+        read_noise(path)
 
 
 @pytest.mark.parametrize(

@@ -15,10 +15,10 @@ from imucal_wizard.core.readings import Readings
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import compass_of
+from imucal_wizard.estimate.second_stage.live_heading import LiveHeading, live_heading
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
-from imucal_wizard.report.live_heading import LiveHeading, live_heading
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.drawing import rose

@@ -140,6 +140,24 @@ async def test_a_source_is_opened_once_however_often_enter_is_pressed() -> None:
     assert len(opened) == 1
 
 
+async def test_enter_tries_the_port_of_the_command_line_again_and_opens_no_other() -> None:
+    tried: list[SourceChoice] = []
+
+    def refuse_once(choice: SourceChoice) -> fakes.FakeSource:
+        tried.append(choice)
+        if len(tried) == 1:
+            raise LinkError(f"{choice.target}: no such port")
+        return fakes.FakeSource()
+
+    given = SourceChoice(SourceKind.PORT, "/dev/ttyACM7", "/dev/ttyACM7")
+    services = replace(fakes.services(fakes.FakeSource()), open_source=refuse_once)
+    async with WizardApp(services, None, given).run_test(size=USUAL) as pilot:
+        await shows(pilot, "/dev/ttyACM7 cannot be opened", "no such port")
+        await pilot.press("enter")
+        await shows(pilot, "is this what you expect?")
+    assert tried == [given, given]
+
+
 async def test_a_port_that_cannot_be_opened_says_why_and_leaves_the_choice() -> None:
     def refuse(choice: SourceChoice) -> fakes.FakeSource:
         raise LinkError(f"{choice.target}: no permission; join the group dialout")

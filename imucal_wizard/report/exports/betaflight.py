@@ -13,10 +13,10 @@ from imucal_wizard.report.axes import (
     check_range,
     named_values,
     notes_of_counts,
+    read_counts,
 )
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
-from imucal_wizard.report.proof import Correction
 from imucal_wizard.report.reduced import Kept
 
 
@@ -38,16 +38,6 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     return {"": g.commands(calibration, [f"set acc_calibration = {x},{y},{z},1"])}
 
 
-def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
-    """Betaflight's formula in counts, as accelerations.
-
-    Raises:
-        ValueError: the setting is not there.
-    """
-    new, before = _settings(files[""]), _settings(settings.present)
-    return {"accelerometer": Counts.read(files[""]).correction(new, before)}
-
-
 TARGET = ExportTarget(
     name="betaflight",
     title="Betaflight: offsets for its command line",
@@ -63,7 +53,7 @@ TARGET = ExportTarget(
     ),
     keeps={"accelerometer": Kept(("bias",))},
     write=_write,
-    read=_read,
+    read=lambda files, settings: read_counts(_settings, files[""], settings.present),
     notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
     composes=("acc_calibration/2",),
 )

@@ -11,7 +11,7 @@ from textual.containers import Horizontal, Vertical
 from imucal_wizard.core.quantities import number, true_minus, unit_sign
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass
-from imucal_wizard.report.live_heading import LiveHeading, live_heading
+from imucal_wizard.estimate.second_stage.live_heading import LiveHeading, live_heading
 from imucal_wizard.report.text import heading_summary
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.drawing import rose

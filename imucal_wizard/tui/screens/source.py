@@ -236,11 +236,20 @@ class SourceScreen(LiveScreen):
             if "sessions" in error.settings:
                 problem = f"{problem}: imucal-wizard --sessions DIR"
             self.lines("preview").draw(lambda width, _: wrapped(f"▲ {problem}", width, "bad", "  "))
+            if choice is self.state.choice:
+                self._offer_again(choice)
             given = choice is self.state.choice and choice.kind in _RECORDED
             self.post_message(Failed(error, always=given))
             return
         self.query_one(OptionList).focus()
         self.refresh_bindings()
+
+    def _offer_again(self, choice: SourceChoice) -> None:
+        """Select the source of the command line, so that Enter tries it again and no other."""
+        if choice not in self._choices:
+            self._choices = [*self._choices, choice]
+        self._list()
+        self.query_one(OptionList).highlighted = self._listed.index(choice)
 
     def action_other(self) -> None:
         """Close this source, or give up the recheck, and choose another."""
