@@ -16,6 +16,7 @@ from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.sessions import Command, KeptSession, Session, new_session_path
+from imucal_wizard.sessions.session import SPARE_BYTES
 from tests.cli.kept_sessions import listed
 
 
@@ -148,16 +149,18 @@ def test_a_commit_leaves_room_for_the_index_of_the_log(tmp_path: Path) -> None:
         session.write_raw(0.25, b"1,2,3\n")
         session.commit()
         session.write_raw(0.5, b"4,5,6\n")
-        grown = path.with_name(f"{path.name}-wal").stat().st_size + 20_000  # enough for the piece
-        resource.setrlimit(resource.RLIMIT_FSIZE, (grown, before[1]))
         try:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (SPARE_BYTES + 20_000, before[1]))
+            session.commit()
+            session.write_raw(0.75, b"7,8,9\n")
+            resource.setrlimit(resource.RLIMIT_FSIZE, (SPARE_BYTES // 2, before[1]))
             with pytest.raises(SessionError, match="the limit of the size of a file is reached"):
                 session.commit()
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
         session.roll_back()
         with session.copied(other) as copy:
-            assert [data for _, _, data in copy.raw()] == [b"1,2,3\n"]
+            assert [data for _, _, data in copy.raw()] == [b"1,2,3\n", b"4,5,6\n"]
 
 
 def test_a_name_that_is_taken_is_not_written_over(tmp_path: Path) -> None:

@@ -138,23 +138,26 @@ ROOM_BYTES = 1 << 24
 """Free bytes of a disk that is proposed instead of another one."""
 
 
-def why_it_cannot_grow(*files: Path, by: int = PROBE_BYTES, sync: bool = True) -> str:
-    """Why files of one folder cannot grow, "" if they can; tried by a file as large as they are.
+def why_it_cannot_grow(*files: Path, by: int = PROBE_BYTES, whole: bool = True) -> str:
+    """Why files of one folder cannot grow, "" if they can; tried by another file there.
 
     Args:
         files: the files.
         by: bytes by which the largest is to grow.
-        sync: wait until the disk has taken them; a network disk may refuse them only then.
+        whole: try it by a file as large as they are, and wait until the disk has taken it: limits
+            of the size of a file, and network disks, refuse only that. Otherwise by the bytes
+            alone: a disk without sparse files would fill the rest with zeros.
     """
     import tempfile
 
     try:
-        size = max((one.stat().st_size for one in files if one.exists()), default=0)
+        sizes = (one.stat().st_size for one in files if whole and one.exists())
+        size = max(sizes, default=0)
         with tempfile.TemporaryFile(dir=files[0].parent) as file:
             file.seek(size)
             file.write(b"\1" * by)
             file.flush()
-            if sync:
+            if whole:
                 os.fsync(file.fileno())
     except OSError as error:
         return cause_of(error)

@@ -15,7 +15,6 @@ from typing import Any, Self, TypeVar
 
 from imucal_wizard.acquire.files import session_file
 from imucal_wizard.acquire.files.session_file import Command, explain_errors
-from imucal_wizard.acquire.files.sqlite_pages import log_of
 from imucal_wizard.core import VERSION
 from imucal_wizard.core.errors import DamagedSessionError, SessionError, SessionTakenError
 from imucal_wizard.core.output import cause_of, why_it_cannot_grow
@@ -391,8 +390,7 @@ class Session(KeptSession):
         each change of it needs room, and without room the system kills the process (SIGBUS).
         """
         room = SPARE_BYTES + 2 * self._uncommitted
-        log = log_of(self.path)
-        if cause := why_it_cannot_grow(self.path, log, by=room, sync=False):
+        if cause := why_it_cannot_grow(self.path, by=room, whole=False):
             raise session_file.no_room_error(self.path, cause)
 
     def roll_back(self) -> None:
