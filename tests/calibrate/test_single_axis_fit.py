@@ -57,6 +57,7 @@ def test_the_papers_gyroscope_methods_may_be_the_result(method: str, plain: FitR
 
 
 @pytest.mark.parametrize("method", ["static", "dynamic"])
+@pytest.mark.study
 def test_each_rotation_is_held_out_of_its_own_method(plain: FitReport, method: str) -> None:
     """The approach applied to all other rotations closes it exactly so badly."""
     rotations = list(plain.rotations)

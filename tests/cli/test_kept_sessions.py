@@ -118,6 +118,7 @@ def test_a_unit_given_now_goes_over_the_one_of_the_session(tmp_path: Path, capsy
 
 
 @pytest.mark.usefixtures("rough_sizes")
+@pytest.mark.study
 def test_bench_and_compare_look_at_the_same_holds(tmp_path: Path, capsys: Capture) -> None:
     path = tmp_path / "a.imucal"
     kept = sat(path, {0.4: ("undo",)}).collected()

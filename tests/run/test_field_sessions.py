@@ -146,6 +146,7 @@ def test_killed_in_the_middle_of_a_circle_it_goes_on_there(tmp_path: Path) -> No
     assert alike(engine.collected(), live.collected())
 
 
+@pytest.mark.study
 def test_a_session_is_fitted_with_its_magnetometer(tmp_path: Path) -> None:
     """``fit SESSION`` gives what the result's screen shows, to the last bit."""
     live, data = performed()

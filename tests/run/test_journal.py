@@ -96,6 +96,7 @@ def replayed(path: Path) -> Collected:
 
 @examples(max_examples=3, deadline=None)
 @given(delays=st.lists(st.floats(0.0, 0.2), min_size=1, max_size=20), seed=st.integers(0, 99))
+@pytest.mark.study
 def test_a_slow_disk_changes_no_hold_and_nothing_is_told_before_its_commit(
     tmp_path_factory: pytest.TempPathFactory, delays: list[float], seed: int
 ) -> None:

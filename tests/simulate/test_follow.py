@@ -49,6 +49,7 @@ def led() -> _Outcome:
     return _led(batch=10)
 
 
+@pytest.mark.study
 def test_the_whole_procedure_is_done_without_a_key(led: _Outcome) -> None:
     """Every step to the end in some minutes of samples, with nothing left out."""
     assert led.step is StepKind.SAVE

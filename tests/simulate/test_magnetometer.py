@@ -72,6 +72,7 @@ def test_the_fit_finds_hard_iron_soft_iron_and_misalignment_again(
     assert abs(offset["seconds"]) < 2e-3
 
 
+@pytest.mark.study
 def test_the_command_writes_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """``simulate --magnetometer``, then ``compare``: every method of both papers on one file."""
     path = tmp_path / "all.csv"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+import pytest
 
 from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.guide.kinds import StepKind
@@ -59,6 +60,7 @@ def _unattended(speed: float, again: int = 0) -> _Run:  # noqa: ARG001 -- anothe
     return _Run(data, commands, result)
 
 
+@pytest.mark.study
 def test_two_speeds_give_the_same_bytes_and_the_same_result() -> None:
     slow, fast = _unattended(30.0), _unattended(float("inf"))
     assert slow.bytes == fast.bytes

@@ -146,6 +146,7 @@ async def test_leaving_while_the_calibration_is_written_waits_for_it(problem: st
     assert app.return_value is None or not problem
 
 
+@pytest.mark.study
 async def test_a_model_outlives_a_program_that_is_ended_without_a_question(
     bent: FitReport, tmp_path: Path
 ) -> None:

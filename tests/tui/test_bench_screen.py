@@ -97,6 +97,7 @@ async def test_with_the_base_out_its_parts_are_the_first_suspects(benches: Bench
         await ranked(pilot)
 
 
+@pytest.mark.study
 async def test_the_base_can_be_taken_down_to_nothing_and_climbed_again(
     benches: Benches, bench: Bench
 ) -> None:

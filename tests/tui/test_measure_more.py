@@ -30,6 +30,7 @@ def fitting(source: fakes.FakeSource, *reports: FitReport) -> fakes.FakeServices
     return replace(fakes.services(source), fit=fit)
 
 
+@pytest.mark.study
 async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_its_model(
     bent: FitReport,
 ) -> None:

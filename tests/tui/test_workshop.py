@@ -151,6 +151,7 @@ def test_a_recording_plays_to_its_end(tmp_path: Path) -> None:
         assert snapshot.status.holds >= 6
 
 
+@pytest.mark.study
 async def test_a_recording_is_calibrated_without_a_key(tmp_path: Path) -> None:
     recording, place = tmp_path / "six.csv", tmp_path / "six.json"
     simulate_recording(recording, poses="18")
@@ -262,6 +263,7 @@ def test_the_local_field_reaches_the_fit_and_the_saved_calibration(tmp_path: Pat
     assert any("MAGNETOMETER" in text for text in saved.says)
 
 
+@pytest.mark.study
 async def test_a_session_is_watched_again_to_its_end(tmp_path: Path) -> None:
     """``--replay`` of a session: with what was taken back, to the result it had, on one screen."""
     path, place = tmp_path / "a.imucal", tmp_path / "a.json"
