@@ -23,7 +23,7 @@ from imucal_wizard.estimate.accelerometer import (
     principal_steps,
 )
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit_warnings import scale_notes
+from imucal_wizard.estimate.fit_warnings import FAR, scale_notes
 from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
@@ -354,8 +354,10 @@ class CalibratedGyroscope(CalibratedSensor):
 
     def misread(self, found: Parameters) -> str:
         """See ``CalibratedSensor``."""
-        share = np.linalg.det(found.matrix) / np.linalg.det(self.calibration.matrix)
-        return "; ".join(scale_notes(float(np.cbrt(abs(share))), 0.0))
+        shares = np.linalg.svd(found.matrix @ np.linalg.inv(self.calibration.matrix))[1]
+        if shares[-1] < np.exp(-FAR) * shares[0]:
+            return ""  # a unit or range changes all axes alike; this is a fault of one axis
+        return "; ".join(scale_notes(float(np.cbrt(shares.prod())), 0.0))
 
     def error_rows(self, gravity: float) -> FloatArray:
         """See ``CalibratedSensor``."""

@@ -308,6 +308,14 @@ def test_readings_in_a_unit_or_range_that_was_stated_wrongly_are_not_judged(
     assert found["sensors"][sensor]["moved"] == []
 
 
+def test_one_axis_that_reads_a_third_is_a_fault_and_no_other_range(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    found = run(file=changed(folder, tmp_path / "weak.csv", "gx", times=1.0 / 3.0))[1]
+    assert found["verdict"] == "no-go"
+    assert found["sensors"]["gyroscope"]["moved"]
+
+
 def test_what_is_no_verdict_on_the_device_is_not_kept_in_its_history(
     folder: Path, tmp_path: Path
 ) -> None:
