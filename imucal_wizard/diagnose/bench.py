@@ -16,7 +16,7 @@ from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, hypothesis_set
+from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, explained
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
@@ -32,6 +32,11 @@ from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import UnknownShape
 
+MAX_LINEAR = 4.0
+"""What is left, rms in units of the noise, up to which the squares of errors are below the noise:
+those of sizes that are named and not more are."""
+MAX_REFITS = 3
+"""Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0
 """Error held out, in units of what noise makes, above which a free curve of the model is only a
 guess between the poses: it has room for whatever it was fitted to."""
@@ -257,16 +262,45 @@ class Bench:
             where = self.measured.everything()
             shown = [effect for effect in missing if effect.lacking(self.sensor, where) is None]
             misfit = whitened_residuals(self.fit, shown)
-            hypotheses = hypothesis_set(misfit)
-            posterior = hypotheses.posterior(misfit.residual)
+            hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
             hearing = None if self.referee is None else partial(self._hearing, suspects)
-            opinion = judge_misfit(misfit, hypotheses, posterior, hearing)
+            judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
+            opinion = replace(judge_misfit(*judged, hearing), lack=misfit.lack_of_fit())
             opinion = self._if_between_poses(self._if_confirmed(opinion, suspects))
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
             )
         return self._findings
+
+    def _at_the_likeliest(
+        self,
+        misfit: WhitenedResiduals,
+        hypotheses: HypothesisSet,
+        posterior: Posterior,
+        shown: Sequence[Effect],
+    ) -> tuple[WhitenedResiduals, HypothesisSet, Posterior]:
+        """The misfit made linear where the likeliest explanation by effects puts the parameters.
+
+        The slopes of the present fit are those of a model without the effects. An effect many times
+        larger than the noise leaves its square there, which would be given a name of its own.
+        """
+        tried: list[Terms] = []
+        while misfit.lack_of_fit().ratio > MAX_LINEAR and len(tried) < MAX_REFITS:
+            found = hypotheses.likeliest_effects(posterior)
+            names = tuple(term for term, _ in found)
+            if not names or names in tried:
+                break
+            tried.append(names)
+            known = {one.name: one for one in shown}
+            terms = [Term(known[name], variant) for name, variant in found]
+            try:
+                there = fit(self.measured, (*self.fit.terms, *terms), self.fit.base)
+            except DataError:
+                break
+            misfit = whitened_residuals(there, shown, names)
+            hypotheses, posterior = explained(misfit)
+        return misfit, hypotheses, posterior
 
     def with_curves(self, found: BenchFindings) -> BenchFindings:
         """The findings with the free curves that explain what no effect does, first of all."""

@@ -84,10 +84,10 @@ def could_be(
     weights = hypotheses.frame.weights(posterior.wander)
     coordinates = hypotheses.frame.across.T @ misfit.residual
     shares, means, squares = [], [], []
-    for members, spreads, share, sigma in _likely(hypotheses, posterior):
+    for members, spreads, often, share, sigma in _likely(hypotheses, posterior):
         columns = np.concatenate([columns_of(one) for one in members], axis=1)
         patterns = np.concatenate([one.patterns for one in members], axis=1)
-        for part, found, root in _sizes(patterns, spreads, coordinates, weights, sigma):
+        for part, found, root in _sizes(patterns, (spreads, often), coordinates, weights, sigma):
             mean = columns @ found
             variance = ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise + unseen
             shares.append(share * part)
@@ -100,18 +100,22 @@ def could_be(
 
 def _likely(
     hypotheses: HypothesisSet, posterior: Posterior
-) -> Iterator[tuple[list[Hypothesis], FloatArray, float, float]]:
-    """Explanations by noise and effects: members, prior spreads, probability and noise of each."""
+) -> Iterator[tuple[list[Hypothesis], FloatArray, FloatArray, float, float]]:
+    """Explanations by noise and effects.
+
+    Returns:
+        Members, prior spreads and their shares, probability and noise of each.
+    """
     for place in np.flatnonzero(posterior.single > MIN_LIKELY_SHARE):
         one = hypotheses.single[place]
         if one.kind in (NOTHING, EFFECT):
             found = float(posterior.single[place]), float(posterior.sigma[place])
-            yield [one], np.array(one.spreads), *found
+            yield [one], np.array(one.spreads), np.array(one.shares), *found
     pairs = hypotheses.pairs
     for place in np.flatnonzero(posterior.paired > MIN_LIKELY_SHARE):
         if pairs is not None:
             found = float(posterior.paired[place]), float(posterior.sigma_paired[place])
-            yield pairs.both(int(place)), np.array([PAIR_SPREAD]), *found
+            yield pairs.both(int(place)), np.array([PAIR_SPREAD]), np.ones(1), *found
 
 
 def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> float:
@@ -168,7 +172,7 @@ def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, FloatArray, IntA
 
 def _sizes(
     patterns: FloatArray,
-    spreads: FloatArray,
+    prior: tuple[FloatArray, FloatArray],
     coordinates: FloatArray,
     weights: FloatArray,
     sigma: float,
@@ -176,10 +180,12 @@ def _sizes(
     """By prior spread of an explanation: share, mean and root of the covariance of its sizes."""
     weighted = patterns * weights[:, None] / sigma**2
     values, vectors = np.linalg.eigh(patterns.T @ weighted)
-    spreads = (spreads if len(values) else spreads[:1])[:, None]  # noise alone has no sizes
+    # noise alone has no sizes
+    spreads, often = prior if len(values) else (prior[0][:1], prior[1][:1])
+    spreads = spreads[:, None]
     variance = 1.0 / (np.maximum(values, 0.0) + spreads**-2)
     turned = vectors.T @ (weighted.T @ coordinates)
-    log = 0.5 * (variance * turned**2 + np.log(variance / spreads**2)).sum(axis=1)
+    log = 0.5 * (variance * turned**2 + np.log(variance / spreads**2)).sum(axis=1) + np.log(often)
     share = np.exp(log - log.max())
     for part, own in zip(share / share.sum(), variance, strict=True):
         yield float(part), vectors @ (own * turned), vectors * np.sqrt(own)

@@ -130,7 +130,7 @@ class ExplainedVariance:
             return [(h.families[0], h.patterns) for h in both], float(posterior.sigma_paired[place])
         place = int(single.argmax())
         one = hypotheses.single[place]
-        return [(one.families[0], one.patterns)], float(posterior.sigma[place])
+        return one.parts, float(posterior.sigma[place])
 
     def _pairs_with(self, wanted: set[str]) -> FloatArray:
         pairs = self._hypotheses.pairs

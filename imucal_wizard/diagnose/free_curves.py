@@ -234,7 +234,10 @@ def try_curves(
 
 def _hypothesis(one: Candidate, across: FloatArray, prior: float) -> Hypothesis:
     patterns = across.T @ (one.columns * one.typical)
-    return Hypothesis(EFFECT, (one.term,), (one.family,), one.variant, "", prior, patterns, SIZES)
+    families, equal = (one.family,), (1.0 / len(SIZES),) * len(SIZES)
+    return Hypothesis(
+        EFFECT, (one.term,), families, one.variant, "", prior, patterns, SIZES, shares=equal
+    )
 
 
 def _by_size(hypotheses: HypothesisSet, coordinates: FloatArray) -> FloatArray:

@@ -34,9 +34,12 @@ DISTURBED, UNKNOWN = "disturbed", "unknown"
 
 PRIOR = {NOTHING: 0.5, EFFECT: 0.29, PAIR: 0.1, DISTURBED: 0.05, UNKNOWN: 0.06}
 """Before any data: half of all sensors lack nothing that one session could show."""
-SPREADS = (0.3, 1.0, 3.5)
-"""Sizes of an effect against its typical size: small parts, typical ones, and bad ones."""
-DISTURBANCES = (6.0, 20.0, 60.0)
+SPREADS = (0.3, 1.0, 3.5, 14.0, 56.0)
+"""Sizes of an effect against its typical size: small parts, typical ones, bad ones, and faults."""
+SPREAD_SHARES = (0.32, 0.32, 0.32, 0.03, 0.01)
+"""How often each of them occurs. A size far above the usual one is improbable once, by its share,
+and not by the exponential of its square, which noise of any size or unknown structure outdoes."""
+DISTURBANCES = (6.0, 20.0, 60.0, 240.0, 960.0)
 """A disturbed hold is off by so many noise standard deviations."""
 
 
@@ -53,9 +56,11 @@ class Hypothesis:
             the axes whose characteristic it is, or "".
         log_prior: logarithm of its prior probability.
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
-        spreads: prior standard deviations of the size, each as likely as the others.
+        spreads: prior standard deviations of the size.
         paired: whether it is looked for together with others.
         sparsely: only with those that have no variant.
+        shares: probability of each spread.
+        members: the explanations that it joins, their patterns side by side; () for a single one.
     """
 
     kind: str
@@ -68,6 +73,13 @@ class Hypothesis:
     spreads: tuple[float, ...]
     paired: bool = True
     sparsely: bool = False
+    shares: tuple[float, ...] = SPREAD_SHARES
+    members: tuple["Hypothesis", ...] = ()
+
+    @property
+    def parts(self) -> list[tuple[str, FloatArray]]:
+        """Its patterns by family."""
+        return [(one.families[0], one.patterns) for one in self.members or (self,)]
 
 
 def noise_alone(frame: Frame) -> Hypothesis:
@@ -111,6 +123,31 @@ def _effect(
     )
 
 
+RATIOS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)
+"""How much larger, against their typical sizes, one of two effects may be than the other."""
+
+
+def joined(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
+    """Two effects at once, each on as many of its parameters as given, at every ratio of sizes."""
+    prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
+    prior += float(np.log(PRIOR[PAIR] / len(RATIOS)))
+    return [
+        Hypothesis(
+            PAIR,
+            tuple(sorted((*first.terms, *second.terms))),
+            tuple(sorted((*first.families, *second.families))),
+            None,
+            "",
+            prior,
+            np.concatenate([first.patterns, ratio * second.patterns], axis=1),
+            SPREADS,
+            paired=False,
+            members=(first, second),
+        )
+        for ratio in RATIOS
+    ]
+
+
 def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     """One hold or one rotation that is simply wrong, in all its rows."""
     keys = sorted({(int(k), int(s)) for k, s in zip(misfit.kind, misfit.source, strict=True)})
@@ -131,7 +168,7 @@ def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
 
 LENGTHS = (0.22, 0.4)
 """Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
-UNKNOWN_SIZES = (1.5, 5.0, 16.0)
+UNKNOWN_SIZES = (1.5, 5.0, 16.0, 64.0, 256.0)
 """Its size in noise standard deviations."""
 WAVES = tuple(np.linspace(3.5, 12.0, 12))
 """Wave numbers of a rippled characteristic, rad/g."""
@@ -151,7 +188,7 @@ JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
 """Inputs at which a characteristic may jump, as at a missing code, g."""
 JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
-JUMP_SIZES = (5.0, 25.0, 125.0)
+JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
 """Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
 _LEVELS = np.linspace(-1.0, 1.0, 13)
 _NODES = np.array(list(DIRECTIONS.values()))

@@ -21,6 +21,7 @@ from imucal_wizard.diagnose.hypotheses import (
     DISTURBED,
     EFFECT,
     NOTHING,
+    PAIR,
     UNKNOWN,
     Hypothesis,
     Pairs,
@@ -28,11 +29,17 @@ from imucal_wizard.diagnose.hypotheses import (
     disturbances,
     effect_hypotheses,
     field_changes,
+    joined,
     noise_alone,
     unknown_structure,
 )
 from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
+
+MAX_UNKNOWN_ALONE = 0.1
+"""Probability of unknown structure up to which no pairs of whole effects are looked for."""
+MAX_JOINED = 3
+"""Effects that are joined with others on all their parameters: each costs as much as the set."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +132,44 @@ class HypothesisSet:
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
         )
 
+    def likeliest_effects(self, posterior: Posterior) -> list[tuple[str, float | None]]:
+        """The effects of the likeliest explanation by effects alone, each with its setting."""
+        single = np.array([bool(one.terms) for one in self.single])
+        shares = np.where(single, posterior.single, 0.0)
+        members: Sequence[Hypothesis] = (self.single[int(shares.argmax())],)
+        if self.pairs is not None and posterior.paired.max() > shares.max():
+            members = self.pairs.both(int(posterior.paired.argmax()))
+        members = members[0].members or members
+        return [(one.terms[0], one.variant) for one in members if one.terms]
+
+    def joined(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
+        """The set with pairs of effects of which one has all its parameters.
+
+        All of them would be too many. Joined are the likeliest effects on all parameters, each with
+        the likeliest explanation of what it leaves.
+
+        Args:
+            residual: whitened, shape (n,).
+            posterior: of the set for this residual.
+        """
+        whole: dict[str, Hypothesis] = {}
+        for place in np.argsort(-(posterior.evidence + self.log_prior)).tolist():
+            one = self.single[place]
+            if one.kind == EFFECT and not one.parameter:
+                whole.setdefault(one.terms[0], one)
+        made: list[Hypothesis] = []
+        coordinates = self.frame.across.T @ residual
+        for first in list(whole.values())[:MAX_JOINED]:
+            inside = np.linalg.svd(first.patterns, full_matrices=False)[0]
+            rest = HypothesisSet(self.frame, self.single, inside=inside)
+            left = coordinates - inside @ (inside.T @ coordinates)
+            found = rest.posterior(self.frame.across @ left)
+            others = np.array(
+                [one.kind == EFFECT and one.families != first.families for one in self.single]
+            )
+            made += joined(first, self.single[int(np.argmax(np.where(others, found.single, -1.0)))])
+        return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
+
     def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:
         """Probability of each kind of single explanation of what a name leaves.
 
@@ -135,7 +180,7 @@ class HypothesisSet:
         rest = HypothesisSet(self.frame, self.single, inside=inside)
         left = coordinates - inside @ (inside.T @ coordinates)
         found = rest.posterior(self.frame.across @ left)
-        shares = dict.fromkeys((NOTHING, EFFECT, DISTURBED, UNKNOWN), 0.0)
+        shares = dict.fromkeys((NOTHING, EFFECT, PAIR, DISTURBED, UNKNOWN), 0.0)
         for one, share in zip(self.single, found.single, strict=True):
             shares[one.kind] += float(share)
         return shares
@@ -154,6 +199,20 @@ class HypothesisSet:
         found += alone.astype(np.float32)[:, None, :]
         found += self.pairs.log_prior.astype(np.float32)[:, None]
         return found
+
+
+def explained(misfit: WhitenedResiduals) -> tuple[HypothesisSet, Posterior]:
+    """Everything that may explain a misfit, and the probabilities.
+
+    Where unknown structure is likely, pairs of whole effects are among the explanations.
+    """
+    hypotheses = hypothesis_set(misfit)
+    posterior = hypotheses.posterior(misfit.residual)
+    unknown = [one.kind == UNKNOWN for one in hypotheses.single]
+    if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
+        hypotheses = hypotheses.joined(misfit.residual, posterior)
+        posterior = hypotheses.posterior(misfit.residual)
+    return hypotheses, posterior
 
 
 def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisSet:
@@ -175,7 +234,8 @@ class Spectrum:
         patterns: of the explanations, by their number q of patterns, shape (m, g q) each.
         turned: what turns them into independent ones of length one, shape (g, q, q) each.
         gain: what the square of each row adds to the log likelihood, (rows, spreads, sigmas).
-        log_det: per explanation, shape (h, spreads, sigmas).
+        log_det: per explanation, shape (h, spreads, sigmas); more where a spread is less likely
+            than the mean of all.
         starts: first row of each explanation, shape (h,).
         order: place of each of the hypotheses among these explanations, shape (h,).
     """
@@ -246,6 +306,8 @@ def spectra(
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     spreads = np.repeat([one.spreads for one in ordered], counts, axis=0) ** 2
     spreads = spreads[:, :, None] / SQUARES
+    shares = np.array([one.shares for one in ordered])
+    unlikely = -2.0 * np.log(shares * shares.shape[1])[:, :, None]
     found = []
     for weights in each_weights:
         values, turned = [], []
@@ -257,7 +319,7 @@ def spectra(
             turned.append(vectors / length[:, None, :])
         ratio = np.concatenate(values)[:, None, None] * spreads
         gain = ratio / (1.0 + ratio) / SQUARES
-        log_det = np.add.reduceat(np.log1p(ratio), starts, axis=0)
+        log_det = np.add.reduceat(np.log1p(ratio), starts, axis=0) + unlikely
         own = weights, tuple(stacks), tuple(turned)
         found.append(Spectrum(*own, gain, log_det, starts, np.argsort(by_count)))
     return found

@@ -24,7 +24,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREADS
+from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.estimate.experiment import Experiment
@@ -131,7 +131,7 @@ def log_evidence(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> f
             squares = (left[0, places] @ vectors) ** 2
             ratio = np.maximum(strength, 0.0) * np.array(SPREADS)[:, None] ** 2
             growth = squares * np.array(SPREADS)[:, None] ** 2 / (1.0 + ratio) - np.log1p(ratio)
-            mean = np.log(_SHARE_OF_EFFECTS / (len(effects) * len(SPREADS)))
-            gains += (mean + 0.5 * growth.sum(axis=1)).tolist()
+            often = np.log(_SHARE_OF_EFFECTS / len(effects) * np.array(SPREAD_SHARES))
+            gains += (often + 0.5 * growth.sum(axis=1)).tolist()
         total.append(prior - volume - 0.5 * left[0, 0] + np.logaddexp.reduce(gains))
     return float(np.logaddexp.reduce(total))

@@ -151,22 +151,33 @@ KINDS = {kind.name.lower(): kind for kind in RowKind} | {
 """Rows of a rotation: its closure against gravity, and against the field; its angle on a table."""
 
 
-def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedResiduals:
+def whitened_residuals(
+    fit: SensorFit, effects: Sequence[Effect], without: Sequence[str] = ()
+) -> WhitenedResiduals:
     """What a fit leaves, whitened by the noise alone, with every effect that may explain it.
 
     Args:
         fit: of an experiment.
         effects: those that may explain it.
+        without: effects of the fit that are taken out of it again, by their slopes where it has
+            arrived: what the model without them leaves, as this fit and not one without them
+            makes it linear.
     """
     table, experiment = fit.rows, fit.experiment
     assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
     columns, precision = _in_modes(table, fit.terms)
+    of_effects = Terms(fit.sensor, fit.terms)
+    out, sizes = np.zeros(len(table.names), np.bool_), np.zeros(len(table.names))
+    for term, group, found in zip(fit.terms, of_effects.groups, fit.sizes, strict=True):
+        if term.name in without:
+            places = [table.names.index(name) for name in of_effects.names[group]]
+            out[places], sizes[places] = True, found
     # a column that only its prior holds is left out
-    seen = (columns**2).sum(axis=0) > precision
+    seen = ((columns**2).sum(axis=0) > precision) & ~out
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
         fit=fit,
-        residual=table.whitened(table.residual),
+        residual=table.whitened(table.residual - table.columns @ sizes),
         base=columns[:, seen],
         kind=kind,
         source=table.index,

@@ -374,7 +374,10 @@ class _Problem:
     ) -> tuple[Parameters, tuple[Rows, ...]]:
         """The parameters a step further, or a half, a quarter … of it where the cost would rise."""
         first, last = len(self.directions), len(self.directions) + len(self.terms)
-        doubts = system.columns[:, last:]
+        doubts, sources = system.columns[:, last:], self.experiment.sources
+        exact = np.repeat(
+            [one.exact_slope for one in sources], [len(one.labels) for one in sources]
+        )
         before = float((system.residual**2 / balance.variance).sum())
         before += float((balance.precision * system.value**2).sum())
         size = 1.0
@@ -385,6 +388,7 @@ class _Problem:
             moved = self.experiment.constrained(moved, self.base)
             further = self.rows_at(moved, rows)
             left = self.residual(further, moved.shared, doubts)
+            left = np.where(exact, left, system.residual + system.columns @ step)
             prior = balance.precision * (system.value + step) ** 2
             cost = float((left**2 / balance.variance).sum() + prior.sum())
             # effects may be taken at the point before, which makes the cost uncertain by so much

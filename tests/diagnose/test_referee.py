@@ -8,7 +8,7 @@ import pytest
 from benchmarks.referee import KINDS, judged
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.hypotheses import SPREADS
+from imucal_wizard.diagnose.hypotheses import SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.referee import log_evidence
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
@@ -50,8 +50,8 @@ def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
             [
                 prior + np.log(0.5 / 0.79) + dense(found, sigma, 0.0 * effect),
                 *(
-                    prior + np.log(0.29 / 0.79 / 3) + dense(found, sigma, s * effect)
-                    for s in SPREADS
+                    prior + np.log(0.29 / 0.79 * share) + dense(found, sigma, s * effect)
+                    for s, share in zip(SPREADS, SPREAD_SHARES, strict=True)
                 ),
             ]
         )

@@ -90,7 +90,7 @@ class RateAtRest(RowSource):
     group_word: str = "direction"
     kind = "still"
     unit = "rad/s"
-    judged, at_rest, by_axis = False, True, True
+    judged, at_rest, by_axis, exact_slope = False, True, True, False
     part, prefix = "at rest", "rest-"
 
     @property

@@ -180,6 +180,8 @@ class RowSource(ABC):
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
         slow: names of those that are slow noise estimated from the rows themselves. They weigh the
             rows that share it; no reported error is freed from it, and no floor holds it.
+        exact_slope: the columns are the whole derivative of the residual; else a fit follows the
+            columns alone, and the residual itself says nothing of how good a step is.
     """
 
     kind: str
@@ -199,6 +201,7 @@ class RowSource(ABC):
     shared_precision: tuple[float, ...] = ()
     undetermined: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
+    exact_slope: bool = True
 
     @property
     def poses(self) -> IntArray:

@@ -1,0 +1,71 @@
+"""An effect far above its usual size is named as one of usual size is."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.hidden.designs import PLANS
+from benchmarks.hidden.fitted import measured_of
+from benchmarks.hidden.noise import CONSUMER
+from benchmarks.hidden.recording import record
+from benchmarks.injected import injected
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.hypotheses import UNKNOWN
+from imucal_wizard.diagnose.posterior import explained
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.verdict import judge_misfit
+from imucal_wizard.simulate.hidden import parse_hidden
+from tests.diagnose.sessions import session
+from tests.shared_data import shared_data
+
+
+@pytest.mark.parametrize(
+    ("hidden", "plan"),
+    [
+        ("hysteresis:20:z", "18"),
+        ("warm-up:160:y", "26+12"),
+        ("third-order:80:x", "26+12"),
+        ("second-order:80:x", "26+12"),
+    ],
+)
+def test_an_effect_far_above_its_usual_size_is_added_under_its_name(hidden: str, plan: str) -> None:
+    """The size costs its prior once, and its square is no other effect."""
+    rng = np.random.default_rng(511)
+    recorded = record(PLANS[plan], CONSUMER, (parse_hidden(hidden),), rng)
+    bench = Bench("accelerometer", measured_of(recorded))
+    add_by_itself(bench)
+    assert [term.name for term in bench.fit.terms] == [hidden.partition(":")[0]]
+
+
+def test_two_effects_of_which_one_has_many_parameters_are_named_together() -> None:
+    """Neither alone explains the misfit, and unknown structure would explain everything."""
+    misfit, alone = session()
+    known = {one.term: one for one in misfit.candidates}
+    wide, single = known["cross-product"], known["hysteresis"]
+    sizes = 10.0 * wide.typical * np.resize([1.0, -0.5, -1.0], len(wide.names))
+    error = wide.columns @ sizes + 40.0 * single.columns[:, 0] * single.typical[0]
+    misfit = replace(misfit, residual=misfit.residual + error)
+    posterior = alone.posterior(misfit.residual)
+    unknown = [one.kind == UNKNOWN for one in alone.single]
+    assert posterior.single[unknown].sum() > 0.9
+    assert judge_misfit(misfit, *explained(misfit)).families == ("even-order", "hysteresis")
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "accelerometer/third-order",
+        "accelerometer/hysteresis",
+        "accelerometer/warm-up",
+        "gyroscope/bias-drift",
+    ],
+)
+def test_five_times_the_nameable_size_is_named_in_real_samples(key: str) -> None:
+    """As twice that size is."""
+    shared_data("README.md")
+    for times in (2.0, 5.0):
+        found = injected("MPU-9150, first", key, times, 61, 0)
+        assert found is not None
+        assert found.outcome == "right"
+        assert found.after < 0.5 * found.before
