@@ -266,7 +266,7 @@ class Bench:
             suspects = rank(misfit, hypotheses, posterior)
             hearing = None if self.referee is None else partial(self._hearing, suspects)
             judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
-            opinion = replace(judge_misfit(*judged, hearing), lack=misfit.lack_of_fit())
+            opinion = judge_misfit(*judged, hearing, misfit.lack_of_fit())
             opinion = self._if_between_poses(self._if_confirmed(opinion, suspects))
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)

@@ -264,6 +264,7 @@ def judge_misfit(
     hypotheses: HypothesisSet,
     posterior: Posterior,
     hearing: Callable[[tuple[Terms, ...]], Hearing | None] | None = None,
+    lack: LackOfFit | None = None,
 ) -> Opinion:
     """Weigh all explanations of a misfit.
 
@@ -272,6 +273,8 @@ def judge_misfit(
         hypotheses: the explanations of this design.
         posterior: their probabilities.
         hearing: what another sensor says of explanations, where there is one.
+        lack: whether measured noise makes what the present model leaves, where the misfit was made
+            linear at another one.
     """
     shares = _shares_of(hypotheses, posterior)
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
@@ -281,7 +284,7 @@ def judge_misfit(
         evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
         shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
     own = discriminability(misfit, hypotheses.frame)
-    lack = misfit.lack_of_fit()
+    lack = lack or misfit.lack_of_fit()
     evidence = _evidence_of(shares, best, own, lack)
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and _beyond_all_effects(misfit, best):
