@@ -510,7 +510,7 @@ class StateMachine:
         return self._view
 
     def _held(self, needed: float) -> float:
-        """How long the device has been at rest, s; while a rest is asked for, up to what it takes."""
+        """Rest so far, s; at most what the step needs while it asks for a rest."""
         return min(self.context.held, needed) if self.asking else self.context.held
 
     @property

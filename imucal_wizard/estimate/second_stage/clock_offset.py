@@ -60,8 +60,8 @@ def clock_offset(passages: Sequence[Passage]) -> ClockOffset | None:
     """The offset τ, or None when the turns do not show it."""
     if len(passages) < MIN_CLOCK_TURNS:
         return None
-    turns = _Turns(passages)
-    coarse = _Turns(
+    turns = Turns(passages)
+    coarse = Turns(
         [
             replace(one, field_time=one.field_time[::COARSE_EVERY], field=one.field[::COARSE_EVERY])
             for one in passages
@@ -99,7 +99,7 @@ def _jackknife(parts: FloatArray) -> float:
     return float(np.sqrt((count - 1.0) / count * ((steps - steps.mean()) ** 2).sum()))
 
 
-class _Turns:
+class Turns:
     """All turns, whose samples follow one another, so that an offset is tried on all at once."""
 
     def __init__(self, passages: Sequence[Passage]) -> None:
