@@ -119,7 +119,9 @@ def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_p
     path = tmp_path / "recording.csv"
     hidden = ["gyroscope/bias-step:3:x"]
     simulate_recording(path, hidden=hidden, poses="6", seed=100, rate=200.0)
-    with pytest.raises(DataError, match=r"mean changes by 3\.0 °/s between the \d+ holds") as refused:
+    with pytest.raises(
+        DataError, match=r"mean changes by 3\.0 °/s between the \d+ holds"
+    ) as refused:
         fit_readings(read_files([path]))
     assert "restarting the sensor" in str(refused.value)
 
