@@ -1,11 +1,14 @@
 """A device that is waved slowly is not at rest, and a hold that settles is trimmed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from benchmarks.hand_motion import Device as Virtual
 from benchmarks.hand_motion import G, placed, recorded, waved
 from benchmarks.holds import accepted, honest, scatter, slow_motion, taken_in_wizard
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
@@ -15,6 +18,7 @@ from imucal_wizard.measurement.holds import hold_at_rest
 from imucal_wizard.measurement.rests import HoldBuilder
 from imucal_wizard.measurement.segmentation import holds_under, reduce_recording
 from imucal_wizard.measurement.stillness import WindowMaker
+from imucal_wizard.simulate.recording import simulate_recording
 from tests.estimate.whole_session import Session
 
 RATE = 100.0
@@ -94,6 +98,32 @@ def test_a_device_that_is_waved_slowly_is_refused_with_what_to_do() -> None:
     with pytest.raises(DataError, match=r"never at rest|still") as refused:
         fit_readings(readings)
     assert str(refused.value).count(". ") <= 2
+
+
+@pytest.mark.parametrize("offset", [0.0, 9.0], ids=["no offset", "a converter's offset"])
+def test_a_recording_of_one_position_is_one_hold(offset: float) -> None:
+    """Its noise is no motion: it was said to turn at 28 degrees per second."""
+    rng, time = np.random.default_rng(12), np.arange(6000) / RATE
+    level = np.array([offset, offset, G + offset]) * np.ones((len(time), 1))
+    force = Series(time, level + 2e-3 * G * rng.standard_normal((len(time), 3)), "m/s^2")
+    rate = Series(time, 2e-3 * rng.standard_normal((len(time), 3)), "rad/s")
+    readings = Readings(force, rate)
+    (hold,) = find_holds(readings, G)[0]
+    assert hold.end - hold.start > 50.0
+    with pytest.raises(DataError, match=r"^1 still position found; at least six are needed"):
+        fit_readings(readings)
+
+
+def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_path: Path) -> None:
+    """The positions were said to lie in one plane, although each face had been up."""
+    path = tmp_path / "recording.csv"
+    hidden = ["gyroscope/bias-step:3:x"]
+    simulate_recording(path, hidden=hidden, poses="6", seed=100, rate=200.0)
+    with pytest.raises(
+        DataError, match=r"mean changes by 3\.0 °/s between the \d+ holds"
+    ) as refused:
+        fit_readings(read_files([path]))
+    assert "restarting the sensor" in str(refused.value)
 
 
 def test_an_honest_session_without_a_gyroscope_is_accepted() -> None:
