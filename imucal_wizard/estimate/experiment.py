@@ -207,6 +207,14 @@ class Experiment(ABC):
         """Mean reading in the holds whose samples the rows use beside others, by hold."""
         return {}
 
+    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray]]:
+        """Of each rotation how the device turned in the hold before and in the hold after, rad.
+
+        Rotation vectors from the mean direction in the hold to where the rotation begins or ends,
+        shape (3,) each, by number of the rotation; empty where nothing was rotated.
+        """
+        return {}
+
     def refined(self, found: "Minimum[Experiment]") -> "Experiment":
         """The same rows with what a fit with effects has shown of their frame; mostly itself."""
         del found

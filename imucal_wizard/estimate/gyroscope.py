@@ -202,11 +202,19 @@ class GyroscopeExperiment(Movable):
             ),
         )
 
+    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray]]:
+        """See ``Experiment``."""
+        pairs = zip(*self._turned_inside(), strict=True)
+        return dict(zip(self.rotations.usable.tolist(), pairs, strict=True))
+
+    def _turned_inside(self) -> tuple[FloatArray, FloatArray]:
+        rest = rest_of(self.holds, self._start.matrix)
+        return self.rotations.turned_inside(self.holds, rest, self._start)
+
     def _ends(self) -> tuple[FloatArray, FloatArray]:
         """Up where each rotation begins and where it ends, shape (m, 3) each."""
         one, up = self.rotations, self.of.up
-        rest = rest_of(self.holds, self._start.matrix)
-        before, after = one.turned_inside(self.holds, rest, self._start)
+        before, after = self._turned_inside()
         return carried_inside(up[one.before], before), carried_inside(up[one.after], after)
 
     def _still_samples(self) -> BoolArray:

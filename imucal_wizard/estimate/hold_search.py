@@ -40,6 +40,8 @@ def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
         )
     steps = stream.step_a, stream.step_g
     found = [holds for _, holds in usual_candidates(stream)]
+    if stream.one_position:  # nothing to calibrate from: the longest rest is what there is
+        return max(found, key=lambda holds: sum(one.end - one.start for one in holds)), steps
     errors = [judge(holds, gravity, rest_numbers(holds)) for holds in found]
     if min(errors) > GOOD_ENOUGH * gravity:
         looser = [holds for _, holds in loose_candidates(stream)]

@@ -65,8 +65,9 @@ class Scales:
         """
         if not window.full[0]:
             return ()
+        factor, unit = readable(self.accelerometer)
         shown = [
-            AxisMotion(f"a{axis}", float(value) * self.mg, float(limit) * self.mg, self.mg_unit)
+            AxisMotion(f"a{axis}", float(value) * factor, float(limit) * factor, unit)
             for axis, value, limit in zip(AXES, window.std_a[0], limits.accelerometer, strict=True)
         ]
         if window.std_g is not None and limits.gyroscope is not None:
@@ -75,15 +76,11 @@ class Scales:
                 turn = abs(window.mean_g[0] - limits.gyroscope_mean)
                 if limits.rate is not None:
                     pairs.append(list(zip(turn, limits.rate, strict=True)))
+            factor, unit = readable(self.gyroscope)
             for index, axis in enumerate(AXES):
                 value, limit = max((kind[index] for kind in pairs), key=_excess_of)
                 shown.append(
-                    AxisMotion(
-                        f"g{axis}",
-                        float(value) * self.degrees,
-                        float(limit) * self.degrees,
-                        self.degrees_unit,
-                    )
+                    AxisMotion(f"g{axis}", float(value) * factor, float(limit) * factor, unit)
                 )
         return tuple(shown)
 

@@ -128,12 +128,13 @@ class StateMachine:
         self._record = FieldRecord()
         self._broke = ""
         self._status: Status | None = None
+        self._view: Status | None = None
         self._listener = listener
         self._judged = 0
 
     def __getstate__(self) -> dict[str, Any]:
         """Everything but who listens; for a checkpoint."""
-        return {**vars(self), "_listener": None, "_status": None}
+        return {**vars(self), "_listener": None, "_status": None, "_view": None}
 
     def listen(self, listener: Listener | None) -> None:
         """Pass the instruction to another listener from now on."""
@@ -173,7 +174,7 @@ class StateMachine:
         return self.context.drain()
 
     def _changed(self) -> None:
-        self._status = None
+        self._status = self._view = None
         if self._listener is not None:
             self._listener(self.instruction(), self._judged)
 
@@ -308,11 +309,13 @@ class StateMachine:
             self.advance()
             return
         outcome = watch.wait(block.seconds)
+        if outcome is None:
+            return
         reason = watch.reason or f"every rest is broken ({self._broke or 'it moves'})"
         if outcome == "stuck":
             text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             context.emit(EventKind.STUCK, text)
-        elif outcome == "loosened":
+        else:
             text = f"The limits are {watch.loosened:.0f} times wider now: {reason}."
             context.emit(EventKind.WARNING, text)
 
@@ -420,7 +423,7 @@ class StateMachine:
             up = context.up
             self._status = present(
                 replace(
-                    self.stage.view(),
+                    self._stage_view(),
                     step=self.step,
                     elapsed=self.elapsed,
                     still=self._still_status(),
@@ -446,7 +449,7 @@ class StateMachine:
             still=context.still,
             motions=watch.motions,
             worst=watch.worst,
-            held=min(context.held, needed) if self.asking else context.held,
+            held=self._held(needed),
             needed=needed,
             waiting=watch.waiting,
             loosened=watch.loosened,
@@ -480,13 +483,13 @@ class StateMachine:
 
     def instruction(self) -> Instruction:
         """The instruction to the person or program that moves the device."""
-        status = self.status()
+        view, needed, own = self._stage_view(), self.stage.seconds, self.context.measurements
         pose: str | tuple[float, float, float] | None = None
-        if status.step in _PLACING:
-            pose = status.wanted or status.wanted_up or next(iter(status.missing), None)
-        asked, field = status.rotation, status.field
+        if self.step in _PLACING:
+            pose = view.wanted or view.wanted_up or next(iter(view.missing), None)
+        asked, field = view.rotation, view.field
         return Instruction(
-            status.step,
+            self.step,
             pose,
             None
             if asked is None
@@ -495,10 +498,20 @@ class StateMachine:
             ),
             field is not None,
             None if field is None else field.face,
-            status.still.held,
-            status.still.needed,
-            status.holds,
+            self._held(needed),
+            needed,
+            len(own.holds) + len(own.validation),
         )
+
+    def _stage_view(self) -> Status:
+        """What the step shows; made once for each block."""
+        if self._view is None:
+            self._view = self.stage.view()
+        return self._view
+
+    def _held(self, needed: float) -> float:
+        """Rest so far, s; at most what the step needs while it asks for a rest."""
+        return min(self.context.held, needed) if self.asking else self.context.held
 
     @property
     def provisional_noise(self) -> Noise | None:

@@ -163,10 +163,13 @@ class Resolution:
         news = False
         for index, values in enumerate(samples):
             if values is not None:
-                steps = np.diff(np.sort(values, axis=0), axis=0)
-                smallest = np.where(steps > 0.0, steps, np.inf).min(axis=0)
-                news |= bool((smallest < self._steps[index]).any())
-                self._steps[index] = np.minimum(self._steps[index], smallest)
+                ordered = np.sort(values, axis=0)
+                steps = ordered[1:] - ordered[:-1]
+                smaller = (steps > 0.0) & (steps < self._steps[index])
+                if smaller.any():  # rare, and each block is looked at
+                    found = np.where(smaller, steps, np.inf).min(axis=0)
+                    self._steps[index] = np.minimum(self._steps[index], found)
+                    news = True
         return news
 
     @property

@@ -23,6 +23,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
     MIN_SPEED_RATIO,
+    ONE_POSITION,
     QUIET_BLOCKS,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
@@ -70,7 +71,9 @@ class ReducedRecording:
         noise: noise of its quietest two seconds, at least the rounding noise.
         step_a: resolution of each accelerometer axis, shape (3,); 0 if it never changes.
         step_g: resolution of each gyroscope axis, or None.
-        gravity: reading of one gravity: half the range of the liveliest axis.
+        gravity: reading of one gravity: half the range of the liveliest axis, or the magnitude if
+            the device stayed in one position.
+        one_position: whether it stayed so.
         rests: the rests of the recording.
         resting_rate: the gyroscope's reading at rest in each window, shape (m, 3), or None.
         holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
@@ -82,6 +85,7 @@ class ReducedRecording:
     step_a: FloatArray
     step_g: FloatArray | None
     gravity: float
+    one_position: bool
     rests: Rests
     resting_rate: FloatArray | None
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
@@ -109,10 +113,22 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     if quietest is None:
         return None
     noise, first = quietest
-    gravity = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    reach = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    magnitude = median(np.linalg.norm(blocks.mean_a, axis=1))
+    one_position = reach < ONE_POSITION * magnitude
     rests = Rests(windows, step_a, step_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
-    return ReducedRecording(blocks, windows, noise, step_a, step_g, gravity, rests, resting)
+    return ReducedRecording(
+        blocks=blocks,
+        windows=windows,
+        noise=noise,
+        step_a=step_a,
+        step_g=step_g,
+        gravity=magnitude if one_position else reach,
+        one_position=one_position,
+        rests=rests,
+        resting_rate=resting,
+    )
 
 
 def _slabs(readings: Readings) -> Iterator[Readings]:

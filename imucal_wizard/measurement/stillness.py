@@ -144,8 +144,8 @@ class WindowMaker:
         count, length = len(blocks), self._length
         full = np.zeros(count, bool)
         if count >= length:
-            gaps = np.lib.stride_tricks.sliding_window_view(blocks.gap, length)
-            full[length - 1 :] = ~gaps.any(axis=1)
+            gaps = np.cumsum(np.append(False, blocks.gap))
+            full[length - 1 :] = gaps[length:] == gaps[:-length]
         std, mean = _spread(blocks.mean, blocks.variance, length)
         if not blocks.turning:
             return Windows(std, None, None, full)

@@ -111,6 +111,9 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         gyroscope: integral of the reading over each, ``bias_unit`` times s, k×3.
         accelerometer: mean reading over each, k×3, or None where it was not kept.
         axis: body axis of the rotation, or None for any other axis.
+        turned_before: small rotation vector from the mean direction in the hold before to that at
+            the first edge, rad; None where the device did not turn in that hold.
+        turned_after: the same of the hold after and the last edge.
     """
 
     before: int
@@ -119,6 +122,8 @@ class RotationIncrements(msgspec.Struct, frozen=True):
     gyroscope: list[list[float]]
     accelerometer: list[list[float]] | None = None
     axis: str | None = None
+    turned_before: list[float] | None = None
+    turned_after: list[float] | None = None
 
     def readings(self) -> FloatArray:
         """Mean reading of the gyroscope over each interval, shape (k, 3)."""
@@ -258,6 +263,8 @@ def wrong_measurements(
             return "a rotation has not one edge more than intervals"
         if not all(later > edge for edge, later in pairwise(one.edges)):
             return "the times of a rotation do not increase"
+        if any(one is not None and len(one) != 3 for one in (one.turned_before, one.turned_after)):
+            return "a turn inside a hold does not have three numbers"
     turned = [row for one in rotations for row in one.gyroscope]
     on_table = [row for step in table for row in step.gyroscope]
     if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):
@@ -319,9 +326,14 @@ def rotation_increments(report: FitReport) -> list[RotationIncrements]:
     if fit is None:
         return []
     places = {(hold.start, hold.end): row for row, hold in enumerate(report.holds)}
+    turned = {} if fit.experiment is None else fit.experiment.turned_in_holds()
     return [
-        increments_of(one, places[before], places[after], fit.matrix, fit.bias)
-        for one in report.rotations
+        msgspec.structs.replace(
+            increments_of(one, places[before], places[after], fit.matrix, fit.bias),
+            turned_before=_turn(turned[number][0]) if number in turned else None,
+            turned_after=_turn(turned[number][1]) if number in turned else None,
+        )
+        for number, one in enumerate(report.rotations)
         if one.problem is None
         and (before := (one.before.start, one.before.end)) in places
         and (after := (one.after.start, one.after.end)) in places
@@ -410,6 +422,10 @@ def _rounded(values: FloatArray) -> list[list[float]]:
 
 def _direction(vector: FloatArray) -> list[float] | None:
     return _listed(vector / np.linalg.norm(vector)) if np.isfinite(vector).all() else None
+
+
+def _turn(vector: FloatArray) -> list[float] | None:
+    return _listed(vector) if vector.any() else None
 
 
 def _listed(values: FloatArray | None) -> Any:  # lists as deep as the array

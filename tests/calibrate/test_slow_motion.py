@@ -96,6 +96,20 @@ def test_a_device_that_is_waved_slowly_is_refused_with_what_to_do() -> None:
     assert str(refused.value).count(". ") <= 2
 
 
+@pytest.mark.parametrize("offset", [0.0, 9.0], ids=["no offset", "a converter's offset"])
+def test_a_recording_of_one_position_is_one_hold(offset: float) -> None:
+    """Its noise is no motion: it was said to turn at 28 degrees per second."""
+    rng, time = np.random.default_rng(12), np.arange(6000) / RATE
+    level = np.array([offset, offset, G + offset]) * np.ones((len(time), 1))
+    force = Series(time, level + 2e-3 * G * rng.standard_normal((len(time), 3)), "m/s^2")
+    rate = Series(time, 2e-3 * rng.standard_normal((len(time), 3)), "rad/s")
+    readings = Readings(force, rate)
+    (hold,) = find_holds(readings, G)[0]
+    assert hold.end - hold.start > 50.0
+    with pytest.raises(DataError, match=r"^1 still position found; at least six are needed"):
+        fit_readings(readings)
+
+
 def test_an_honest_session_without_a_gyroscope_is_accepted() -> None:
     rng = np.random.default_rng(4)
     device = Virtual(rate=50.0, gyroscope=False)

@@ -158,11 +158,11 @@ def _passage(rng: np.random.Generator, offset: float, noise: float) -> Passage:
 def test_the_slope_of_the_clocks_cost_is_the_numeric_one() -> None:
     """Half of it, and near the bottom half the curvature too."""
     rng = np.random.default_rng(2)
-    one = _passage(rng, 0.1, 1e-4)
+    turns = clock.Turns([_passage(rng, 0.1, 1e-4)])
     step = 1e-4
     for offset in (0.08, 0.1, 0.13):
         (ahead, _, _), (here, slope, square), (behind, _, _) = (
-            clock._terms(one, offset + k * step) for k in (1.0, 0.0, -1.0)
+            turns.terms(offset + k * step)[0] for k in (1.0, 0.0, -1.0)
         )
         assert slope == pytest.approx((ahead - behind) / (4.0 * step), rel=1e-3, abs=1e-4)
         if offset == 0.1:  # elsewhere what is left bends it as well

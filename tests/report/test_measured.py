@@ -5,14 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.api import load
 from imucal_wizard.core.attitude import Attitudes, rotation_samples
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.calibration_record import from_report
 from imucal_wizard.report.measured import increments_of
+from imucal_wizard.report.proof import Proof, own
+from imucal_wizard.simulate.recording import simulate_recording
 from tests.diagnose.recordings import fitted, tumbled
 
 PROMISED = np.radians(1e-3)
@@ -62,6 +66,31 @@ def test_the_file_alone_gives_the_errors_that_the_fit_told(tmp_path: Path) -> No
     ]
     assert len(closing) == made.rotations
     assert np.sqrt(np.mean(np.square(closing))) == pytest.approx(gyroscope.rms_fitted, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "seed"), [("bias-drift:5:y", 104), ("bias-temperature:0.5:z", 207)]
+)
+def test_the_file_keeps_how_the_device_seems_to_turn_in_its_holds(
+    tmp_path: Path, hidden: str, seed: int
+) -> None:
+    """A bias that wanders by degrees per second looks like a slow turn in some holds."""
+    path = tmp_path / "recording.csv"
+    simulate_recording(path, hidden=[f"gyroscope/{hidden}"], poses="6", seed=seed, rate=25.0)
+    report = fit_readings(read_files([path]))
+    made = load(from_report(report, "a test", "2026-01-01").save(tmp_path / "c.json"))
+    turned = [one for one in made.rotation_increments if one.turned_before or one.turned_after]
+    assert turned
+    proof, stated = Proof(made), made["gyroscope"].rms_fitted
+    assert proof.errors(own(made), frame=False)["gyroscope"] == pytest.approx(stated, rel=1e-3)
+    # a program with another body frame leaves the same error
+    frame = np.array([[0.0, -1.0, 0.0], [0.6, 0.0, 0.8], [-0.8, 0.0, 0.6]])
+    other = {
+        # a default binds the correction of this turn
+        name: lambda samples, correct=correct: correct(samples) @ frame.T
+        for name, correct in own(made).items()
+    }
+    assert proof.errors(other, frame=True)["gyroscope"] == pytest.approx(stated, rel=1e-3)
 
 
 def test_holds_keep_what_effects_of_time_and_history_need(tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
     deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
-        await asyncio.sleep(0.01)  # the app goes on between two looks
+        await asyncio.sleep(0.04)  # the app goes on between two looks, each of which draws a screen
 
 
 async def shows(pilot: Pilot[Any], *texts: str) -> str:

@@ -61,6 +61,10 @@ MAX_SWAY = 0.035
 """The same above which a hold is a slow motion, whatever its noise: its mean is 0.6 mg short, which
 no repetition shows."""
 
+ONE_POSITION = 0.05
+"""Half the range of the liveliest axis over the magnitude of the readings, below which the device
+stayed in one position: it leaned by less than 3°. An offset of counts is at most about nine times
+one gravity, of a converter whose middle is its zero."""
 MIN_SPEED_RATIO = 8.0
 """Rms rate of gravity's direction between the holds over that within them. A hand that turns a
 device from pose to pose at 30 °/s and holds it freely reaches 12, a table hundreds; the slowest

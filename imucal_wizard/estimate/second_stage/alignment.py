@@ -19,7 +19,12 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quaternions import quarter_turns, rotation_matrix, rotation_vector
+from imucal_wizard.core.quaternions import (
+    cross,
+    quarter_turns,
+    rotation_matrix,
+    rotation_vector,
+)
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
@@ -240,7 +245,9 @@ def dip_errors(up: FloatArray, field: FloatArray, rotation: FloatArray, level: f
 
 def dip_columns(up: FloatArray, turned: FloatArray) -> FloatArray:
     """Derivative of ``u·R m − level`` by a small rotation from the left and by the level."""
-    return np.column_stack([np.cross(turned, up), -np.ones(len(up))])
+    columns = np.full((len(up), 4), -1.0)
+    columns[:, :3] = cross(turned.T, up.T).T
+    return columns
 
 
 def descent(

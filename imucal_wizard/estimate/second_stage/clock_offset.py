@@ -60,17 +60,20 @@ def clock_offset(passages: Sequence[Passage]) -> ClockOffset | None:
     """The offset τ, or None when the turns do not show it."""
     if len(passages) < MIN_CLOCK_TURNS:
         return None
-    coarse = [
-        replace(one, field_time=one.field_time[::COARSE_EVERY], field=one.field[::COARSE_EVERY])
-        for one in passages
-    ]
-    costs = [sum(_terms(one, offset)[0] for one in coarse) for offset in OFFSETS_TRIED]
+    turns = Turns(passages)
+    coarse = Turns(
+        [
+            replace(one, field_time=one.field_time[::COARSE_EVERY], field=one.field[::COARSE_EVERY])
+            for one in passages
+        ]
+    )
+    costs = [coarse.terms(offset)[:, 0].sum() for offset in OFFSETS_TRIED]
     best = int(np.argmin(costs))
     if best in (0, len(OFFSETS_TRIED) - 1):
         return None
     offset = float(OFFSETS_TRIED[best])
     for _ in range(CLOCK_ITERATIONS):
-        parts = np.array([_terms(one, offset) for one in passages])
+        parts = turns.terms(offset)
         _, slope, square = parts.sum(axis=0)
         if square <= 0.0:
             return None
@@ -96,25 +99,50 @@ def _jackknife(parts: FloatArray) -> float:
     return float(np.sqrt((count - 1.0) / count * ((steps - steps.mean()) ** 2).sum()))
 
 
-def _terms(one: Passage, offset: float) -> tuple[float, float, float]:
-    """Sum of squares of n about its mean, half its slope by τ, and half its curvature."""
-    at = one.field_time - offset
-    inside = (at >= one.time[0]) & (at < one.time[-1])
-    if inside.sum() < 3:
-        return 0.0, 0.0, 0.0
-    at, field = at[inside], one.field[inside]
-    index = np.searchsorted(one.time, at, side="right") - 1
-    first, passed = one.rate[index], (at - one.time[index])[:, None]
-    whole = (one.time[index + 1] - one.time[index])[:, None]
-    rate = first + (one.rate[index + 1] - first) * (passed / whole)
-    # within a step the attitude goes on turning: to second order in the angle
-    turned = 0.5 * (first + rate) * passed
-    near = field + np.cross(turned, field) + 0.5 * np.cross(turned, np.cross(turned, field))
-    seen = np.einsum("kij,kj->ki", one.attitude[index], near)
-    moving = -np.einsum("kij,kj->ki", one.attitude[index], np.cross(rate, near))
-    left, slope = seen - seen.mean(axis=0), moving - moving.mean(axis=0)
-    return (
-        float((left**2).sum()),
-        float((left * slope).sum()),
-        float((slope**2).sum()),
-    )
+class Turns:
+    """All turns, whose samples follow one another, so that an offset is tried on all at once."""
+
+    def __init__(self, passages: Sequence[Passage]) -> None:
+        self._times = [one.time for one in passages]
+        self._first = np.cumsum([0, *map(len, self._times)])
+        self._field_times = [one.field_time for one in passages]
+        self._turn = np.repeat(np.arange(len(passages)), [*map(len, self._field_times)])
+        self._time = np.concatenate(self._times)
+        self._field_time = np.concatenate(self._field_times)
+        self._attitude = np.concatenate([one.attitude for one in passages])
+        self._rate = np.concatenate([one.rate for one in passages])
+        self._field = np.concatenate([one.field for one in passages])
+
+    def terms(self, offset: float) -> FloatArray:
+        """Sum of squares of n about its mean, half its slope by τ, half its curvature, (turns, 3).
+
+        All are zero for a turn with fewer than three samples of the field.
+        """
+        found = np.zeros((len(self._times), 3))
+        each = zip(self._times, self._field_times, strict=True)
+        place = [np.searchsorted(time, at - offset, side="right") - 1 for time, at in each]
+        inside = [(k >= 0) & (k < len(t) - 1) for k, t in zip(place, self._times, strict=True)]
+        enough = np.array([one.sum() >= 3 for one in inside])
+        used = np.concatenate(inside) & enough[self._turn]
+        if not used.any():
+            return found
+        turn, field = self._turn[used], self._field[used]
+        index = np.concatenate(place)[used] + self._first[turn]
+        passed = (self._field_time[used] - offset - self._time[index])[:, None]
+        whole = (self._time[index + 1] - self._time[index])[:, None]
+        first = self._rate[index]
+        rate = first + (self._rate[index + 1] - first) * (passed / whole)
+        # within a step the attitude goes on turning: to second order in the angle
+        turned = 0.5 * (first + rate) * passed
+        across = np.cross(turned, field)
+        near = field + across + 0.5 * np.cross(turned, across)
+        # n and its derivative, in the frame in which the turn began
+        both = np.stack([near, -np.cross(rate, near)], axis=2)
+        seen = self._attitude[index] @ both
+        begins = np.flatnonzero(np.diff(turn, prepend=-1))
+        count = np.diff(np.append(begins, len(turn)))
+        mean = np.add.reduceat(seen, begins) / count[:, None, None]
+        left, slope = np.moveaxis(seen - np.repeat(mean, count, axis=0), 2, 0)
+        products = np.stack([left**2, left * slope, slope**2]).sum(axis=2)
+        found[turn[begins]] = np.add.reduceat(products, begins, axis=1).T
+        return found

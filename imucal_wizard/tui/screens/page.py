@@ -11,6 +11,7 @@ from textual.widgets import Static
 
 from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Build, Lines
+from imucal_wizard.tui.widgets.rendered import Rendered
 
 
 class PageScreen(ModalScreen[bool]):
@@ -56,7 +57,7 @@ class PageScreen(ModalScreen[bool]):
                 lines.draw(self._content)
                 yield lines
             else:
-                yield Static(self._content)
+                yield Static(Rendered(self._content))
         yield KeyFooter()
 
     def on_mount(self) -> None:

@@ -28,6 +28,7 @@ from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.threads import being_left, in_thread
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
+from imucal_wizard.tui.widgets.rendered import Rendered
 
 if TYPE_CHECKING:  # the app imports this module while its first screen is shown
     from imucal_wizard.tui.app import BaseApp
@@ -58,6 +59,7 @@ class FitScreen(LiveScreen):
         super().__init__(state)
         self.problem = ""
         """Why there is no fit, or nothing is saved."""
+        self._shown: tuple[object, object] = None, None
 
     def on_mount(self) -> None:
         """Show the page, which the arrows scroll."""
@@ -81,9 +83,11 @@ class FitScreen(LiveScreen):
         """Show the newest state."""
         report = self.state.result
         self.lines("news").draw(lambda width, _: self.news(width))
-        self.query_one("#fit", Static).update(
-            "" if report is None else fit_summary(report, self.state.diagnoses, self.state.grades)
-        )
+        shown, self._shown = self._shown, (report, self.state.diagnoses)
+        if shown[0] is not report or shown[1] is not self.state.diagnoses:
+            state = self.state
+            parts = None if report is None else fit_summary(report, state.diagnoses, state.grades)
+            self.query_one("#fit", Static).update("" if parts is None else Rendered(parts))
         self.refresh_bindings()
 
     @work(exclusive=True, group="diagnose")
