@@ -4,7 +4,6 @@ Means at rest determine the biases, rotations the nine gains and a little of the
 rows of one fit, each weighed by its own scatter.
 """
 
-import itertools
 from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
@@ -15,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import BoolArray, FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
@@ -25,6 +24,7 @@ from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
+from imucal_wizard.estimate.rounded import noise_of_coarse_means
 from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
 from imucal_wizard.estimate.slow_noise import (
     Between,
@@ -60,9 +60,6 @@ MIN_CLOSING_NOISE = 1e-7
 """No closure is better known, rad; data without any noise keep a weight."""
 MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
-MIN_ROUNDING_SHARE = 0.01
-"""Least noise of a mean at rest, as a share of what rounding shifts it: constant readings show no
-noise, but do not prove that there is less."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
 UNSTEADY = 9.0
@@ -119,8 +116,10 @@ class GyroscopeExperiment(Movable):
             holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
         )
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
+        self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
         if lost is None:
             per_sample = rest_of(holds, start.matrix).per_sample
+            per_sample = per_sample + start.matrix**2 @ rotations.rounding_density(holds)
             series, resting = None if readings is None else readings.gyroscope, None
             if series is not None:
                 resting = partial(spectrum_at_rest, series, holds, start.matrix)
@@ -129,8 +128,9 @@ class GyroscopeExperiment(Movable):
         self.long_rest = None
         if readings is not None and readings.gyroscope is not None:
             self.long_rest = long_rest(readings.gyroscope, holds, start.matrix)
-        rows, noise = self._resting, self._noise()
+        rows = self._resting
         self.resting = [holds[i] for i in rows]
+        noise = self._noise()
         self.circumstances = known.select(rows)
         shifted = (start.matrix**2 @ rotations.rounding) * len(rows)
         matters = bool((shifted > NEGLIGIBLE_SHIFT * noise[0].mean()).any())
@@ -162,10 +162,13 @@ class GyroscopeExperiment(Movable):
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
         walk = (float(rest.per_second.min()) + self.lost) * (last - first)
-        closing = rest.end[one.before] + rest.end[one.after] + walk
-        least = MIN_REST_NOISE**2 + MIN_ROUNDING_SHARE**2 * (self._start.matrix**2 @ one.rounding)
+        closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
+        coarse = noise_of_coarse_means(self.resting, resolution_of(one.samples.reading))
+        coarse = coarse * np.diag(self._start.matrix) ** 2
         return (
-            np.maximum(rest.mean[self._resting], least),
+            np.maximum(
+                np.where(np.isfinite(coarse), coarse, rest.mean[self._resting]), MIN_REST_NOISE**2
+            ),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
             rest.per_second,
         )
@@ -187,7 +190,7 @@ class GyroscopeExperiment(Movable):
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,
             rounding=self.rest.rounding,
-            resting=self._still_samples() if self.rest.rounding.any() else None,
+            resting=self.rotations.at_rest(self.holds) if self.rest.rounding.any() else None,
             holds=np.column_stack([one.before, one.after]),
             tilts=reference.variance,
             walk=walk,
@@ -216,18 +219,6 @@ class GyroscopeExperiment(Movable):
         one, up = self.rotations, self.of.up
         before, after = self._turned_inside()
         return carried_inside(up[one.before], before), carried_inside(up[one.after], after)
-
-    def _still_samples(self) -> BoolArray:
-        """Samples at either end of a rotation that still show what the rests show, shape (n,)."""
-        samples = self.rotations.samples
-        away = np.abs(samples.reading - self.rest.reading.mean(axis=0))
-        near = (away < resolution_of(samples.reading)).all(axis=1)
-        out = np.zeros(len(near), bool)
-        for first, past in itertools.pairwise(samples.offsets.tolist()):
-            own = near[first:past]
-            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
-            out[first:past] = ahead | behind[::-1]
-        return out
 
     def moved(self, start: Parameters, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""

@@ -11,11 +11,12 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.accelerometer import accelerometer_experiment
+from imucal_wizard.estimate.accelerometer import accelerometer_experiment, check_means
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.fit_warnings import (
     accelerometer_warnings,
@@ -107,7 +108,7 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     try:
         return _found(readings, options)
     except DataError as error:
-        raise _with_duration(error, readings) from error
+        raise _with_duration(_with_rests(error, readings, options), readings) from error
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
@@ -143,6 +144,30 @@ def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readin
         readings,
         accelerometer=kept(readings.accelerometer),
         gyroscope=None if gyroscope is None else kept(gyroscope),
+    )
+
+
+def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> DataError:
+    """What the gyroscope does in positions that only the accelerometer shows, else the error."""
+    gyroscope = readings.gyroscope
+    if gyroscope is None or not len(gyroscope):
+        return error
+    try:
+        holds = find_holds(replace(readings, gyroscope=None), options.gravity)[0]
+        check_means(np.array([hold.accelerometer for hold in holds]).reshape(-1, 3))
+    except DataError:
+        return error
+    during = [gyroscope.between(hold.start, hold.end).values for hold in holds]
+    rates = np.array([one.mean(axis=0) for one in during if len(one)]).reshape(-1, 3)
+    if not len(rates):
+        return error
+    change = quantity(float(np.ptp(rates, axis=0).max()), gyroscope.unit, 2)
+    return DataError(
+        f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
+        "the accelerometer shows, so that too few of them count as still: its bias jumped or "
+        "drifted, or the device lay on something that turns. Record again on a fixed surface "
+        "without restarting the sensor",
+        settings=error.settings,
     )
 
 

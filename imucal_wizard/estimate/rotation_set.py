@@ -9,13 +9,14 @@ import numpy as np
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
+from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths
+from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import Rest, has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_shift
+from imucal_wizard.estimate.rounded import rate_shift, rounding_at_rest
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.rounding import integrated_rounding, resolution_of
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -59,6 +60,43 @@ class RotationSet:
     def rates(self, calibration: Parameters) -> FloatArray:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
+
+    def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
+        """Samples at either end of a rotation that still show what the holds show, shape (n,)."""
+        resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
+        reading = self.samples.reading
+        near = (np.abs(reading - resting) < resolution_of(reading)).all(axis=1)
+        out = np.zeros(len(near), bool)
+        for first, past in itertools.pairwise(self.samples.offsets.tolist()):
+            own = near[first:past]
+            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
+            out[first:past] = ahead | behind[::-1]
+        return out
+
+    def rounding_in_motion(self, holds: Sequence[Hold]) -> FloatArray:
+        """Variance of the integral of each by steps that the noise at rest does not show.
+
+        Args:
+            holds: still periods.
+
+        Returns:
+            Of each axis, (reading × s)², shape (m, 3).
+        """
+        samples, moving = self.samples, ~self.at_rest(holds)
+        step = resolution_of(samples.reading)
+        shown = rounding_at_rest(holds, step)
+        out = np.zeros((len(self.usable), 3))
+        for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
+            own = samples.reading[first:past][moving[first:past]]
+            whole = integrated_rounding(own, step) - len(own) * shown
+            out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
+        return out
+
+    def rounding_density(self, holds: Sequence[Hold]) -> FloatArray:
+        """Variance × time of what rounding adds to a reading that moves fast, reading² s, (3,)."""
+        step = resolution_of(self.samples.reading)
+        unseen = np.maximum(step**2 / 12.0 - rounding_at_rest(holds, step), 0.0)
+        return np.asarray(unseen * median(self.samples.dt[self.samples.dt > 0.0]))
 
     def turned_inside(
         self, holds: Sequence[Hold], rest: Rest, start: Parameters

@@ -15,6 +15,10 @@ from imucal_wizard.measurement.rounding import (
     variance_before_rounding,
 )
 
+FEW_SAMPLES = 4
+"""Added to a count of samples so that its square root covers small counts, too: the rule of Agresti
+and Coull (1998) for a share."""
+
 Steps = tuple[FloatArray, FloatArray | None]
 """Smallest step of each accelerometer and gyroscope axis."""
 
@@ -68,6 +72,26 @@ def rate_shift(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> FloatArr
     return _shift([(covariance, n) for covariance, n in known if covariance is not None], step)
 
 
+def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """Variance of each mean rate whose readings stand on a step most of the time, shape (h, 3).
+
+    Mean and scatter of such readings depend on one another: both count the samples on the next
+    step. The scatter of all holds together gives the noise, with ``FEW_SAMPLES`` more, since a
+    small count is not normal. NaN on an axis whose noise carries the readings over the steps.
+
+    Args:
+        holds: those with a mean rate.
+        step: of the readings, shape (3,).
+    """
+    count = np.array([hold.samples for hold in holds])[:, None]
+    spread = [hold.gyroscope_covariance for hold in holds]
+    own = [np.full(3, np.nan) if one is None else np.diag(one) for one in spread]
+    single = np.nanmean(np.array(own) * count, axis=0)
+    shift = rounding_variance(variance_before_rounding(single, step), step)
+    out = single / count + FEW_SAMPLES * (step / count) ** 2
+    return np.where(shift > single / median(count[:, 0]), out, np.nan)
+
+
 def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]) -> list[str]:
     """A warning for each sensor whose steps, and not its noise, decide what an average is worth.
 
@@ -97,15 +121,37 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
     return notes
 
 
+def rounding_at_rest(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """Variance by rounding that the gyroscope's samples show at rest, shape (3,).
+
+    It is q²/12 where noise carries the readings over the steps q, and none where they stand still.
+
+    Args:
+        holds: still periods.
+        step: of the readings, shape (3,).
+    """
+    known = [(hold.gyroscope_covariance, hold.samples) for hold in holds]
+    rounded = _single_samples(
+        [(covariance, n) for covariance, n in known if covariance is not None]
+    )
+    if not np.isfinite(rounded).all():
+        return np.asarray(step**2 / 12.0)
+    return np.maximum(rounded - variance_before_rounding(rounded, step), 0.0)
+
+
 def _shift(averages: Sequence[tuple[FloatArray, int]], step: FloatArray) -> FloatArray:
-    """Variance by rounding of each axis, shape (3,), from covariances of averages of n samples.
+    """Variance by rounding of each axis, shape (3,), from covariances of averages of n samples."""
+    return rounding_variance(variance_before_rounding(_single_samples(averages), step), step)
+
+
+def _single_samples(averages: Sequence[tuple[FloatArray, int]]) -> FloatArray:
+    """Variance of single samples on each axis, shape (3,), from covariances of averages of n.
 
     Each axis is between other steps in each hold, so their mean variance gives the noise; the
-    liveliest tenth may have been disturbed.
+    liveliest tenth may have been disturbed. Infinite without any average.
     """
     single = [np.diag(covariance) * samples for covariance, samples in averages]
     finite = np.sort([variance for variance in single if np.isfinite(variance).all()], axis=0)
     if not len(finite):
-        return np.zeros(3)
-    kept = finite[: max(len(finite) - len(finite) // 10, 1)]
-    return rounding_variance(variance_before_rounding(kept.mean(axis=0), step), step)
+        return np.full(3, np.inf)
+    return np.asarray(finite[: max(len(finite) - len(finite) // 10, 1)].mean(axis=0))

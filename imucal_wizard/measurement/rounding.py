@@ -19,6 +19,8 @@ FINE_RATIO = 1e6
 NO_ROUNDING = 1.0
 """σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
 FOURIER_TERMS = np.arange(1, 200)
+SHARED_TERMS = 10
+"""Terms of the series of what averages share; those left out have less than a tenth of it."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -110,6 +112,29 @@ def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArra
     return np.asarray(np.where(ratio < FINE_RATIO, found, rounded))
 
 
+def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
+    """Variance by rounding of the sum of readings that move, reading², shape (axes,).
+
+    Readings stay on a step for a run of n samples. If the motion passes the step, the errors of the
+    run add up to that of one sample, q²/12. If it turns back inside the step, it may have stood
+    anywhere in it all the time: n² q²/12, at most three times what a smooth turn leaves. The first
+    and the last run count as such.
+
+    Args:
+        reading: samples that follow one another, shape (n, axes).
+        step: q of each axis, shape (axes,); an axis without steps has the variance 0.
+    """
+    out = np.zeros(len(step))
+    for axis in np.flatnonzero(step > 0.0) if len(reading) else ():
+        change = np.diff(reading[:, axis])
+        ends = np.flatnonzero(np.abs(change) > 0.5 * step[axis])
+        length = np.diff(np.concatenate([[-1], ends, [len(reading) - 1]]))
+        way, passed = np.sign(change[ends]), np.zeros(len(length), bool)
+        passed[1:-1] = way[1:] == way[:-1]
+        out[axis] = np.where(passed, 1, length**2).sum()
+    return np.asarray(out * step**2 / 12.0)
+
+
 def rounding_shift(sigma: float, step: FloatArray) -> float:
     """Root mean square shift of the mean of a rest by rounding, on the axis with the largest one.
 
@@ -119,6 +144,31 @@ def rounding_shift(sigma: float, step: FloatArray) -> float:
     """
     before = variance_before_rounding(np.full(step.shape, sigma**2), step)
     return float(np.sqrt(rounding_variance(before, step).max()))
+
+
+def rounding_covariance(
+    before: float, step: float, apart: FloatArray, doubt: FloatArray
+) -> FloatArray:
+    """What averages have in common by rounding: an average of the same reading shifts alike.
+
+    With ``rounding_variance`` over all positions between two steps, averages x apart have the
+    covariance
+
+        (q²/2π²) Σ exp(−4π²k²σ²/q²) cos(2πkx/q) / k²
+
+    and a normal error of x with variance v multiplies its terms by exp(−2π²k²v/q²).
+
+    Args:
+        before: σ² of single readings before rounding.
+        step: q.
+        apart: x of two averages.
+        doubt: v, of the same shape.
+    """
+    out = np.zeros(np.shape(apart))
+    for k in FOURIER_TERMS[:SHARED_TERMS]:
+        angle = 2.0 * np.pi * k / step
+        out += np.exp(-0.5 * angle**2 * (2.0 * before + doubt)) * np.cos(angle * apart) / k**2
+    return np.asarray(step**2 / (2.0 * np.pi**2) * out)
 
 
 class Resolution:

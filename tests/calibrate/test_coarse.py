@@ -1,5 +1,6 @@
 """Coarse readings, frozen ones, and a device held in the hand: the holds are found all the same."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -8,9 +9,13 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import diagnose_benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.rounding import integrated_rounding
 from imucal_wizard.simulate.actions import Tremble
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
@@ -175,6 +180,53 @@ def test_a_rate_bias_that_rotations_tell_is_as_certain_as_stated() -> None:
             off.append(abs(one.value - true) / (one.standard_error or 0.0))
     # slow parts of a motion do not average rounding out either, which the model leaves out
     assert np.mean(np.array(off) < 1.96) > 0.8
+
+
+@pytest.mark.parametrize(
+    "seed", [72, *(pytest.param(one, marks=pytest.mark.study) for one in range(74, 80))]
+)
+def test_a_gyroscope_in_whole_degrees_per_second_is_no_missing_effect(seed: int) -> None:
+    """Rounding in motion is noise: no effect has its shape, no hold moved and no hand trembles."""
+    readings = _in_steps(_exact(100.0, 0.15, False, seed), 0.0, DEGREE)
+    report = fit_readings(readings)
+    assert not any("trembles" in text for text in report.warnings)
+    _, found = diagnose_benches(Benches(report, readings), {}, automatic=False)
+    assert found.verdict is Verdict.COMPLETE
+
+
+MOTIONS: dict[str, Callable[[np.random.Generator], FloatArray]] = {
+    "it passes steps": lambda rng: np.cumsum(rng.uniform(0.1, 0.4, 4000)),
+    "it is fast": lambda rng: 60.0 * np.sin(rng.uniform(0.5, 2.0) * np.arange(300)),
+    "it stays on a step": lambda rng: np.full(100, rng.uniform(-5.0, 5.0)),
+}
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_the_sum_of_rounded_readings_errs_as_their_runs_say(motion: str) -> None:
+    """Against the errors of 1,000 motions, to a factor of 1.5 in their variance."""
+    rng = np.random.default_rng(21)
+    error: list[float] = []
+    said: list[float] = []
+    for _ in range(1000):
+        rate = MOTIONS[motion](rng)
+        rounded = np.round(rate)
+        error.append(float((rounded - rate).sum()))
+        said.append(float(integrated_rounding(rounded[:, None], np.ones(1))[0]))
+    assert 1.0 / 1.5 < np.mean(np.square(error)) / np.mean(said) < 1.5
+
+
+def test_a_slow_turn_errs_less_than_its_runs_say_but_not_by_much() -> None:
+    """Smooth random rates of two steps rms: a variance that is too large by five at most."""
+    rng, window = np.random.default_rng(22), np.hanning(60)
+    error: list[float] = []
+    said: list[float] = []
+    for _ in range(400):
+        wave = np.convolve(rng.standard_normal(400), window, "valid")
+        rate = 2.0 * wave / np.linalg.norm(window) + rng.uniform(-0.5, 0.5)
+        rounded = np.round(rate)
+        error.append(float((rounded - rate).sum()))
+        said.append(float(integrated_rounding(rounded[:, None], np.ones(1))[0]))
+    assert 0.2 < np.mean(np.square(error)) / np.mean(said) < 1.0
 
 
 def test_a_device_without_a_gyroscope_counts_rounding_live_too() -> None:

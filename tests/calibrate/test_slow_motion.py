@@ -1,11 +1,14 @@
 """A device that is waved slowly is not at rest, and a hold that settles is trimmed."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from benchmarks.hand_motion import Device as Virtual
 from benchmarks.hand_motion import G, placed, recorded, waved
 from benchmarks.holds import accepted, honest, scatter, slow_motion, taken_in_wizard
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
@@ -15,6 +18,7 @@ from imucal_wizard.measurement.holds import hold_at_rest
 from imucal_wizard.measurement.rests import HoldBuilder
 from imucal_wizard.measurement.segmentation import holds_under, reduce_recording
 from imucal_wizard.measurement.stillness import WindowMaker
+from imucal_wizard.simulate.recording import simulate_recording
 from tests.estimate.whole_session import Session
 
 RATE = 100.0
@@ -108,6 +112,18 @@ def test_a_recording_of_one_position_is_one_hold(offset: float) -> None:
     assert hold.end - hold.start > 50.0
     with pytest.raises(DataError, match=r"^1 still position found; at least six are needed"):
         fit_readings(readings)
+
+
+def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_path: Path) -> None:
+    """The positions were said to lie in one plane, although each face had been up."""
+    path = tmp_path / "recording.csv"
+    hidden = ["gyroscope/bias-step:3:x"]
+    simulate_recording(path, hidden=hidden, poses="6", seed=100, rate=200.0)
+    with pytest.raises(
+        DataError, match=r"mean changes by 3\.0 °/s between the \d+ holds"
+    ) as refused:
+        fit_readings(read_files([path]))
+    assert "restarting the sensor" in str(refused.value)
 
 
 def test_an_honest_session_without_a_gyroscope_is_accepted() -> None:
