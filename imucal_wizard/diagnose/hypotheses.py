@@ -127,7 +127,7 @@ RATIOS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)
 """How much larger, against their typical sizes, one of two effects may be than the other."""
 
 
-def joined(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
+def joint_hypotheses(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
     """Two effects at once, each on as many of its parameters as given, at every ratio of sizes."""
     prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
     prior += float(np.log(PRIOR[PAIR] / len(RATIOS)))

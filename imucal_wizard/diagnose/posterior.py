@@ -29,7 +29,7 @@ from imucal_wizard.diagnose.hypotheses import (
     disturbances,
     effect_hypotheses,
     field_changes,
-    joined,
+    joint_hypotheses,
     noise_alone,
     unknown_structure,
 )
@@ -142,7 +142,7 @@ class HypothesisSet:
         members = members[0].members or members
         return [(one.terms[0], one.variant) for one in members if one.terms]
 
-    def joined(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
+    def with_joint(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
         """The set with pairs of effects of which one has all its parameters.
 
         All of them would be too many. Joined are the likeliest effects on all parameters, each with
@@ -167,7 +167,9 @@ class HypothesisSet:
             others = np.array(
                 [one.kind == EFFECT and one.families != first.families for one in self.single]
             )
-            made += joined(first, self.single[int(np.argmax(np.where(others, found.single, -1.0)))])
+            made += joint_hypotheses(
+                first, self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
+            )
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
     def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:
@@ -210,7 +212,7 @@ def explained(misfit: WhitenedResiduals) -> tuple[HypothesisSet, Posterior]:
     posterior = hypotheses.posterior(misfit.residual)
     unknown = [one.kind == UNKNOWN for one in hypotheses.single]
     if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
-        hypotheses = hypotheses.joined(misfit.residual, posterior)
+        hypotheses = hypotheses.with_joint(misfit.residual, posterior)
         posterior = hypotheses.posterior(misfit.residual)
     return hypotheses, posterior
 
