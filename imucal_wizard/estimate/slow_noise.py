@@ -21,6 +21,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.rows.decorrelation import Decorrelation
 
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
 """Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
@@ -129,13 +130,14 @@ class Fitted:
     """A linear fit of holds, each with its weight.
 
     Attributes:
-        errors: what the fit leaves of each hold, shape (n,).
+        errors: what the fit leaves of each independent row, shape (n,).
         columns: derivative by what was fitted, shape (n, p).
-        variance: by whose inverse each hold was weighed, shape (n,).
+        variance: by whose inverse each independent row was weighed, shape (n,).
         alike: which share of the same slow error two holds show, shape (n, n).
-        pull: by how much an error of each hold moves each parameter, shape (k, n).
+        pull: by how much an error of each independent row moves each parameter, shape (k, n).
         strength: by how much each hold moves with the strength of a field that is not the same
             everywhere and always, shape (n,); None where the input is gravity or rest.
+        independent: how independent rows come from the holds.
     """
 
     errors: FloatArray
@@ -144,6 +146,12 @@ class Fitted:
     alike: FloatArray
     pull: FloatArray
     strength: FloatArray | None = None
+    independent: Decorrelation = Decorrelation()
+
+    @property
+    def pull_of_holds(self) -> FloatArray:
+        """By how much an error of each hold moves each parameter, shape (k, n)."""
+        return self.independent.measured(self.pull.T).T
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,7 +292,7 @@ class SlowErrors:
         for kind in self.kinds:
             total = np.zeros((len(kind.weight), len(fitted[0].pull)))
             for k, one in enumerate(fitted):
-                pull, slow = one.pull, kind.slow[k]
+                pull, slow = one.pull_of_holds, kind.slow[k]
                 if between is not None:
                     pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
                     slow = kind.whole
@@ -302,11 +310,14 @@ class SlowErrors:
         kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
         return SlowErrors(kinds, tuple(factor**2 * one for one in self.variance))
 
-    def loading(self) -> FloatArray:
+    def loading(self, independent: Decorrelation) -> FloatArray:
         """By how much the latent slow errors that matter move the holds of the one fit, (n, m).
 
         What weighs the holds is the mean of the inverse covariances: a large error that is hardly
         likely then takes little away from the information in a combination of holds.
+
+        Args:
+            independent: how the independent rows of the fit come from its holds.
         """
         sigma, slow = np.sqrt(self.variance[0]), [float(one.weight[1:].sum()) for one in self.kinds]
         if sum(slow) < MIN_SLOW_SHARE / (1.0 + MIN_SLOW_SHARE):
@@ -316,13 +327,14 @@ class SlowErrors:
             if share < MIN_SLOW_PROBABILITY:
                 weight[np.diag_indices_from(weight)] += (kind.weight / kind.scale[0]).sum()
                 continue
-            values, vectors = np.linalg.eigh(kind.slow[0] / np.outer(sigma, sigma))
+            mixed = independent.rows(independent.rows(kind.slow[0]).T)
+            values, vectors = np.linalg.eigh(mixed / np.outer(sigma, sigma))
             of_each = kind.scale[0] + np.outer(np.maximum(values, 0.0), kind.size[0])
             weight += (vectors * (kind.weight / of_each).sum(axis=1)) @ vectors.T
         values, vectors = np.linalg.eigh(weight)
         beyond = 1.0 / values - 1.0 / values[-1]
         shown = beyond * values[-1] > MIN_SLOW_SHARE
-        return np.asarray(sigma[:, None] * vectors[:, shown] * np.sqrt(beyond[shown]))
+        return independent.measured(sigma[:, None] * vectors[:, shown] * np.sqrt(beyond[shown]))
 
     def covariance(self, fitted: Sequence[Fitted], between: Between | None = None) -> FloatArray:
         """Of the parameters, shape (k, k).
@@ -334,7 +346,7 @@ class SlowErrors:
         total = np.zeros((1, 1))
         for kind in self.kinds:
             for k, one in enumerate(fitted):
-                pull, slow = one.pull, kind.slow[k]
+                pull, slow = one.pull_of_holds, kind.slow[k]
                 if between is not None:
                     pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
                     slow = kind.whole
@@ -393,8 +405,9 @@ def slow_errors(
         scales, sizes, slows, shown = [], [], [], []
         for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
             slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
+            mixed = one.independent.rows(one.independent.rows(slow).T)
             evidence, scale, size, left_in = _explained(
-                one.errors / sigma, slow / np.outer(sigma, sigma), across
+                one.errors / sigma, mixed / np.outer(sigma, sigma), across
             )
             log += evidence
             shown.append(left_in)

@@ -256,12 +256,15 @@ def _noise(values: FloatArray, there: BoolArray) -> float:
     return min(found)
 
 
-def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
+def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray, step: FloatArray) -> None:
     """Refuse an axis whose extreme readings lie inside the ellipsoid of the other samples.
+
+    Rounding moves a rest by up to half a step, and the ellipsoid through other rests by as much.
 
     Args:
         stuck: as returned by ``stuck_samples``.
         distance: distance of every sample from the ellipsoid of the others, shape (n,).
+        step: resolution of each axis in the same unit, shape (3,).
 
     Raises:
         DataError: an axis is saturated.
@@ -269,7 +272,8 @@ def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray) -> None:
     others = ~np.any(list(stuck.values()), axis=0)
     sigma = robust_deviation(distance[others])
     for name, there in stuck.items():
-        if median(distance[there]) < -MIN_STUCK_DEPTH * sigma:
+        allowed = MIN_STUCK_DEPTH * sigma + step["xyz".index(name[1])]
+        if median(distance[there]) < -allowed:
             raise _saturation_error(name, there)
 
 

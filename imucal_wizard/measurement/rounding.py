@@ -19,6 +19,8 @@ FINE_RATIO = 1e6
 NO_ROUNDING = 1.0
 """σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
 FOURIER_TERMS = np.arange(1, 200)
+SHARED_TERMS = 10
+"""Terms of the series of what averages share; those left out have less than a tenth of it."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -142,6 +144,31 @@ def rounding_shift(sigma: float, step: FloatArray) -> float:
     """
     before = variance_before_rounding(np.full(step.shape, sigma**2), step)
     return float(np.sqrt(rounding_variance(before, step).max()))
+
+
+def rounding_covariance(
+    before: float, step: float, apart: FloatArray, doubt: FloatArray
+) -> FloatArray:
+    """What averages have in common by rounding: an average of the same reading shifts alike.
+
+    With ``rounding_variance`` over all positions between two steps, averages x apart have the
+    covariance
+
+        (q²/2π²) Σ exp(−4π²k²σ²/q²) cos(2πkx/q) / k²
+
+    and a normal error of x with variance v multiplies its terms by exp(−2π²k²v/q²).
+
+    Args:
+        before: σ² of single readings before rounding.
+        step: q.
+        apart: x of two averages.
+        doubt: v, of the same shape.
+    """
+    out = np.zeros(np.shape(apart))
+    for k in FOURIER_TERMS[:SHARED_TERMS]:
+        angle = 2.0 * np.pi * k / step
+        out += np.exp(-0.5 * angle**2 * (2.0 * before + doubt)) * np.cos(angle * apart) / k**2
+    return np.asarray(step**2 / (2.0 * np.pi**2) * out)
 
 
 class Resolution:

@@ -26,6 +26,7 @@ from imucal_wizard.estimate.slow_noise import (
     slow_rate,
     walked,
 )
+from imucal_wizard.model.rows.decorrelation import Decorrelation
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
 
@@ -102,7 +103,7 @@ def test_slow_errors_weigh_holds_only_where_they_are_likely() -> None:
         fitted = Fitted(left, ones, np.ones(60), alike, ones.T / 60.0, np.ones(60))
         found = slow_errors(spans, [fitted], False)
         assert found is not None
-        assert (found.loading().shape[1] == 0) is few
+        assert (found.loading(Decorrelation()).shape[1] == 0) is few
 
 
 def test_the_errors_of_holds_are_the_same_whatever_a_second_fit_weighs_them_by() -> None:

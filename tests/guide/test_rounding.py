@@ -6,6 +6,7 @@ import pytest
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.measurement.rounding import (
     resolution_of,
+    rounding_covariance,
     rounding_noise,
     rounding_variance,
     variance_before_rounding,
@@ -27,6 +28,24 @@ def test_the_shift_of_an_average_is_what_the_series_says(sigma: float) -> None:
     seen = float(((readings.mean(axis=1) - true) ** 2).mean()) - noise
     expected = rounding_variance(np.array([sigma**2]), np.ones(1))[0]
     assert expected == pytest.approx(seen, rel=0.06)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.2])
+@pytest.mark.parametrize("apart", [0.0, 0.15, 0.5, 1.3])
+def test_averages_share_the_shift_of_one_place_between_two_steps(
+    sigma: float, apart: float
+) -> None:
+    """Alike at the same place, opposite half a step on; an uncertain distance takes it away."""
+    rng = np.random.default_rng(2)
+    first = rng.uniform(0.0, 1.0, 4000)
+    for unsure in (0.0, 0.2):
+        true = np.array([first, first + apart + unsure * rng.standard_normal(4000)])
+        noise = sigma * rng.standard_normal((200, *true.shape))
+        shift = np.round(true + noise).mean(axis=0) - true
+        seen = float((shift[0] * shift[1]).mean())
+        distance, doubt = np.array([apart]), np.array([unsure**2])
+        expected = rounding_covariance(sigma**2, 1.0, distance, doubt)[0]
+        assert expected == pytest.approx(seen, abs=0.08 / 12.0)
 
 
 def test_without_noise_it_is_a_twelfth_and_from_half_a_step_on_nothing() -> None:

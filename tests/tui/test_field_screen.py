@@ -160,7 +160,7 @@ def refusals() -> dict[str, Callable[[], object]]:
     return {
         "lie in one plane": lambda: check_readings(circle),
         "is not the Earth's": lambda: check_field(48496.0, "uT", None),
-        "is saturated": lambda: check_saturation(stuck, inside),
+        "is saturated": lambda: check_saturation(stuck, inside, np.zeros(3)),
         "one and the same value": lambda: check_readings(0.0 * circle),
         "not one constant field": lambda: check_scatter(0.21, 1.0, ball),
     }

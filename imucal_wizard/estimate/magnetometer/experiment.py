@@ -125,7 +125,8 @@ class MagnetometerExperiment(Experiment):
             count=data.pieces.count,
             extra=data.pieces.extra,
             offsets=data.pieces.offsets,
-            noise=data.noise,
+            noise=data.noise - (data.rounding**2).sum(axis=1),
+            rounding=data.rounding,
             circumstances=samples,
             magnitude=data.field,
             unit=data.error_unit,
@@ -217,7 +218,7 @@ class MagnetometerExperiment(Experiment):
         slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
         loading = None
         if slow is not None and np.mean(found.residual**2 / found.system.own) < MAX_SLOW_NOISE**2:
-            loading = slow.loading()
+            loading = slow.loading(found.independent)
         had = self.magnitude.loading.shape[1]
         if alignment is self._alignment and (loading is None or not loading.shape[1]) and not had:
             self._slow_errors, self._told_by = slow, found
@@ -259,6 +260,7 @@ class MagnetometerExperiment(Experiment):
             alike=lever @ lever.T,
             pull=basis @ found.pull()[free],
             strength=(np.arange(len(lever)) < len(self.magnitude.labels)).astype(float),
+            independent=found.independent,
         )
 
     def beside(self, found: "SensorFit") -> Beside:
@@ -398,6 +400,7 @@ class MagnetometerExperiment(Experiment):
         if not left.shape[1] or found.base != self.base_terms:
             return np.zeros((ENTRIES, ENTRIES))
         columns = np.concatenate([rows.base_columns() for rows in found.rows])
+        columns = found.independent.rows(columns)
         weighted = columns / found.balance.variance[:, None]
         normal = columns.T @ weighted
         pulled = np.linalg.solve(free.T @ normal @ free, free.T @ normal @ left)

@@ -17,6 +17,7 @@ from imucal_wizard.estimate.magnetometer.surroundings import around, flows, reco
 from imucal_wizard.estimate.noise import shrunk
 from imucal_wizard.measurement.rounding import (
     resolution_of,
+    rounding_covariance,
     rounding_variance,
     variance_before_rounding,
 )
@@ -36,6 +37,10 @@ SPIKE_SIGMAS = 8.0
 SAME_FIELD = np.radians(6.0)
 """Groups whose directions of the field differ by no more repeat one another. What a model lacks
 differs between them by a fifth at most; at 12° it would pass for a lack of repeatability."""
+MIN_ROUNDING_SHARE = 0.01
+"""Variance by rounding over that of a group by noise, below which rounding is no matter."""
+PLACE_STEPS = 0.5
+"""Steps by which a calibration through rounded rests may be wrong in one direction."""
 PASSING_SECONDS = 15.0
 """A disturbance that lasts longer is the room or the sensor: it is fitted and judged."""
 
@@ -54,6 +59,8 @@ class FieldData:
         pieces: means of the readings, by group.
         samples: circumstances of the pieces.
         noise: variance of each group's mean magnitude by noise alone, shape (k,).
+        rounding: the part of it that groups share: by how much each of r errors of size one, by
+            rounding, moves them, shape (k, r).
         poses: number of the direction that each group repeats, shape (k,).
         visits: number of the visit to that direction, shape (k,).
         circumstances: of the groups.
@@ -72,6 +79,7 @@ class FieldData:
     pieces: Pieces
     samples: Circumstances
     noise: FloatArray
+    rounding: FloatArray
     poses: IntArray
     visits: IntArray
     circumstances: Circumstances
@@ -142,14 +150,27 @@ def field_data(
     per_sample = pieces.spread(shrunk(single, pieces.samples - 1))
     noise = piece_noise(pieces, size, per_sample) * per_sample
     inward = pieces.mean(magnetic @ matrix / size[:, None])
-    rounded = (inward**2 * _rounding(reading, _steps(values, reading))).sum(axis=1)
+    # the samples of a rest share what rounding does; in motion readings pass many steps, and it
+    # averages out
+    step = _steps(values, reading)
+    still = reading < step**2
+    before = variance_before_rounding(
+        (reading * still).sum(axis=0) / np.maximum(still.sum(axis=0), 1), step
+    )
+    shift = still * rounding_variance(before, step)
+    rounded = (inward**2 * shift).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
     scatter = per_sample + pieces.spread(rounded)
     longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
     corrected = _field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
-    poses = group_directions(unit_vectors(pieces.mean(magnetic)), SAME_FIELD)
+    seen = unit_vectors(pieces.mean(magnetic))
+    poses = group_directions(seen, SAME_FIELD)
+    own = np.maximum(pieces.mean(noise) / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2)
+    rounding = np.zeros((len(own), 0))
+    if (rounded > MIN_ROUNDING_SHARE * own).any():
+        rounding = _shared_rounding(seen, (matrix, bias), magnitude, inward * still, before, step)
     return FieldData(
         unit=unit,
         error_unit=error_unit,
@@ -159,9 +180,8 @@ def field_data(
         left_out=tuple(run.scaled(magnitude / start.radius) for run in left_out),
         pieces=replace(pieces, extra=pieces.extra - longer),
         samples=samples,
-        noise=np.maximum(
-            pieces.mean(noise) / pieces.samples + rounded, (SMALLEST_NOISE * magnitude) ** 2
-        ),
+        noise=own + rounded,
+        rounding=rounding,
         poses=poses,
         visits=visits_of(pieces, poses),
         circumstances=within(samples, pieces),
@@ -185,20 +205,49 @@ def _steps(values: FloatArray, scatter: FloatArray) -> FloatArray:
     return np.where(whole | change, step, 0.0)
 
 
-def _rounding(scatter: FloatArray, step: FloatArray) -> FloatArray:
-    """Variance by which rounding shifts the mean of each group on each axis, shape (k, 3).
+def _shared_rounding(
+    seen: FloatArray,
+    calibration: tuple[FloatArray, FloatArray],
+    magnitude: float,
+    inward: FloatArray,
+    before: FloatArray,
+    step: FloatArray,
+) -> FloatArray:
+    """By how much independent errors of variance one, by rounding, move the groups, shape (k, r).
 
-    The samples of a rest share it. In motion, readings pass many steps, and it averages out. The
-    noise at rest is told from all rests together: of one rest it depends on where between two steps
-    the reading lies.
+    Where between two steps a rest reads, the direction of the field says: at a face, the shift of a
+    reading does not move it. So the visits to a face have their shift in common.
 
     Args:
-        scatter: variance of the readings in each group, shape (k, 3).
+        seen: direction of the field in each group, shape (k, 3).
+        calibration: M and b, about right.
+        magnitude: of the field.
+        inward: by how much a group at rest moves with a reading of each axis, else 0, shape (k, 3).
+        before: variance of the readings before rounding, shape (3,).
         step: of the readings, shape (3,).
     """
-    still = scatter < step**2
-    noise = (scatter * still).sum(axis=0) / np.maximum(still.sum(axis=0), 1)
-    return np.asarray(still * rounding_variance(variance_before_rounding(noise, step), step))
+    matrix, bias = calibration
+    inverse = np.linalg.inv(matrix)
+    shift = (inward != 0.0) * rounding_variance(before, step)
+    # a shift of the readings moves the direction, and with it the place, across the field only
+    across = np.eye(3) - (seen @ inverse.T)[:, :, None] * (seen @ matrix)[:, None, :]
+    moved = (across**2 * shift[:, None, :]).sum(axis=2)
+    turned = ((seen[:, None] - seen) ** 2).sum(axis=2)
+    shared = np.zeros((len(seen), len(seen)))
+    for axis in np.flatnonzero(shift.any(axis=0)):
+        place = bias[axis] + magnitude * seen @ inverse[axis]
+        # rests in one orientation are moved alike
+        error = np.sqrt(moved[:, axis])
+        length = magnitude * np.linalg.norm(inverse[axis])
+        alike = np.exp(-0.5 * (2.0 * np.pi * length / step[axis]) ** 2 * turned)
+        doubt = np.add.outer(error**2, error**2) - 2.0 * np.outer(error, error) * alike
+        doubt += (PLACE_STEPS * step[axis]) ** 2 * turned
+        apart = np.subtract.outer(place, place)
+        common = rounding_covariance(before[axis], step[axis], apart, doubt)
+        np.fill_diagonal(common, rounding_variance(before[axis], step[axis]))
+        shared += np.outer(inward[:, axis], inward[:, axis]) * common
+    values, vectors = np.linalg.eigh(shared)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def rescaled(data: FieldData, matrix: FloatArray, bias: FloatArray) -> FieldData:
@@ -216,6 +265,7 @@ def rescaled(data: FieldData, matrix: FloatArray, bias: FloatArray) -> FieldData
         data,
         field=data.field / size,
         noise=data.noise / size**2,
+        rounding=data.rounding / size,
         pieces=replace(data.pieces, extra=data.pieces.extra / size),
         start=(matrix / size, bias),
         left_out=tuple(run.scaled(1.0 / size) for run in data.left_out),

@@ -99,7 +99,8 @@ def _check_saturation(found: MagnetometerFit, step: Series) -> None:
     stuck = stuck_samples(step.values)
     if stuck:
         length = np.linalg.norm((step.values - found.fit.bias) @ found.fit.matrix.T, axis=1)
-        check_saturation(stuck, length - found.magnitude)
+        gain = found.magnitude / found.start.radius
+        check_saturation(stuck, length - found.magnitude, gain * resolution_of(step.values))
 
 
 def samples_during(spans: Sequence[tuple[float, float]], series: Series) -> Series:

@@ -191,14 +191,15 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
             points = points[:, free]
         else:
             # so many at the ends are the few places where the device was, or a range far too small
-            _check_many(cloud, free, stuck)
+            _check_many(cloud, free, stuck, resolution_of(readings) / cloud.span)
             stuck = {}
     try:
         theta, sigma = robust_start(points, WHOLE.quadrics)
     except DataError as error:
         raise missing_shell(readings) or error from None
     if stuck:
-        check_saturation(stuck, locate(theta, cloud.points)[0])
+        steps = resolution_of(readings) / cloud.span
+        check_saturation(stuck, locate(theta, cloud.points)[0], steps)
     check_scatter(sigma, radius_of(theta), readings)
     try:
         return _refined(points, theta, sigma)
@@ -206,7 +207,9 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
         raise missing_shell(readings) or error from None
 
 
-def _check_many(cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray]) -> None:
+def _check_many(
+    cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray], steps: FloatArray
+) -> None:
     """Judge many samples at the ends by the ellipsoid of the few others, where there is one.
 
     Raises:
@@ -220,7 +223,8 @@ def _check_many(cloud: Cloud, free: BoolArray, stuck: dict[str, BoolArray]) -> N
     except (DataError, np.linalg.LinAlgError):
         return
     if together > ANOTHER_SHAPE * sigma:
-        check_saturation(stuck, locate(theta, cloud.points)[0] + STEP_INSIDE * radius_of(theta))
+        inside = locate(theta, cloud.points)[0] + STEP_INSIDE * radius_of(theta)
+        check_saturation(stuck, inside, steps)
 
 
 def _refined(points: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:

@@ -23,6 +23,7 @@ from imucal_wizard.measurement.field_quality import (
     missing_shell,
     stuck_samples,
 )
+from imucal_wizard.measurement.rounding import resolution_of
 
 
 def how_far(off: float, magnitude: float | None, unit: str) -> str:
@@ -108,7 +109,7 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
     distance = fit.look(readings)[0]
     stuck = stuck_samples(readings)
     if stuck:
-        check_saturation(stuck, distance)
+        check_saturation(stuck, distance, resolution_of(readings) / fit.magnitude)
     if survey.worst <= MAX_JUDGED_DOUBT:
         check_scatter(float(distance[survey.clean].std()), 1.0, readings)
         check_field(fit.magnitude, unit, None)

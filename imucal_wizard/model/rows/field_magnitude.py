@@ -14,6 +14,7 @@ from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
+    Loading,
     Parameters,
     RowLabels,
     Rows,
@@ -74,6 +75,13 @@ class FieldRows(Rows):
         """See ``Rows``: by slow noise."""
         return self._source.loading
 
+    def loading(self) -> Loading | None:
+        """See ``Rows``: by rounding, which shifts rests at one place between two steps alike."""
+        rounding = self._source.rounding
+        if not rounding.shape[1]:
+            return None
+        return Loading(np.tile(np.arange(rounding.shape[1]), (len(rounding), 1)), rounding)
+
 
 @dataclass(frozen=True, eq=False)
 class FieldMagnitude(RowSource):
@@ -84,7 +92,10 @@ class FieldMagnitude(RowSource):
         count: samples in each piece, shape (q,).
         extra: by how much the mean magnitude of a piece exceeds the magnitude of its mean, (q,).
         offsets: first piece of each group and the end, shape (k + 1,).
-        noise: variance of each group's mean magnitude by noise alone, µT², shape (k,).
+        noise: variance of each group's mean magnitude by noise that it shares with no other, µT²,
+            shape (k,).
+        rounding: by how much each of r errors of size one, by rounding, moves the groups, µT,
+            shape (k, r).
         circumstances: of the pieces.
         magnitude: of the field that corrected readings have, µT.
         labels: see ``RowSource``.
@@ -98,6 +109,7 @@ class FieldMagnitude(RowSource):
     extra: FloatArray
     offsets: IntArray
     noise: FloatArray
+    rounding: FloatArray
     circumstances: Circumstances
     magnitude: float
     labels: RowLabels
@@ -168,6 +180,7 @@ class FieldMagnitude(RowSource):
             extra=np.zeros(count),
             offsets=np.arange(count + 1),
             noise=np.resize(self.noise, count),
+            rounding=np.zeros((count, 0)),
             circumstances=where,
             labels=unmeasured(count),
             repeated=np.full(count, -1),
