@@ -264,7 +264,7 @@ def in_the_wizard(seed: int, number: int) -> tuple[float, str]:
     measured = recheck_data(reader.collected(), status.elapsed)
     reader.stop()
     units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
-    return status.elapsed, str(known.judged(measured, units).verdict)
+    return status.elapsed, str(known.recheck(measured, units).verdict)
 
 
 def interval(count: int, of: int) -> str:

@@ -34,6 +34,33 @@ def read_document(path: Path) -> bytes:
     return read_bounded(path, MAX_DOCUMENT_BYTES)
 
 
+def read_schema(path: Path, schemas: tuple[str, ...], what: str) -> bytes:
+    """The content of a JSON document of a known kind.
+
+    Args:
+        path: the file.
+        schemas: kinds and versions that can be read.
+        what: the document in words, with its article.
+
+    Raises:
+        RecordingError: it cannot be read, is not JSON, or is of another kind or version.
+    """
+    import json  # few runs read a document
+
+    data = read_document(path)
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"{path} is not {what}: it is not JSON; check the name") from error
+    schema = found.get("schema") if isinstance(found, dict) else None
+    if schema not in schemas:
+        raise RecordingError(
+            f"{path} is not {what}: its schema is {schema!r} instead of {' or '.join(schemas)}; "
+            "check the name and the version of the program"
+        )
+    return data
+
+
 def read_bounded(path: Path, most: int) -> bytes:
     """The content of a file or of a pipe.
 

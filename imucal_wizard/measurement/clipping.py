@@ -163,7 +163,6 @@ def clipped_motions(
     tops = np.array([_top(one.turned) for one in motions])
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
-    ratios = _gravity_ratios(motions, unit)
     ends = _flat_ends(np.concatenate([one.rate for one in motions]))
     axes = [
         clipped_axis(one.rate, one.rest, full_scale, unit)
@@ -174,13 +173,13 @@ def clipped_motions(
     if full_scale is None and exact.any() and (unit != COUNT or (slow & ~exact).any()):
         # a turntable stands at one rate for most of a turn and loses nothing
         steady = np.array([_steadiness(*one) for one in zip(motions, tops[:, 0], strict=True)])
-        if not _angle_lost(ratios, exact & (steady > MAX_STEADY_SHARE), slow & ~exact, unit):
+        if not _angle_lost(motions, exact & (steady > MAX_STEADY_SHARE), slow & ~exact, unit):
             axes = [
                 None if share > MAX_STEADY_SHARE else axis
                 for axis, share in zip(axes, steady, strict=True)
             ]
     piled = (tops[:, 1] >= MIN_FLAT_SHARE) & ~slow
-    if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(ratios, piled, slow, unit):
+    if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(motions, piled, slow, unit):
         level = (1.0 - PLATEAU_BAND) * float(tops[:, 0].max())
         axes = [
             axis or _touched(np.abs(one.turned) >= level)
@@ -201,15 +200,18 @@ def _steadiness(motion: RateSegment, level: float) -> float:
     return float(size[np.abs(size - level) <= PLATEAU_BAND * level].sum() / size.sum())
 
 
-def _angle_lost(ratios: FloatArray, fast: BoolArray, slow: BoolArray, unit: str) -> bool:
+def _angle_lost(
+    motions: Sequence[RateSegment], fast: BoolArray, slow: BoolArray, unit: str
+) -> bool:
     """Whether the integrated rate falls short of gravity in fast motions, but not in slow ones.
 
     Args:
-        ratios: angle by gravity over the integrated rate, shape (n,); NaN where unknown.
+        motions: all n of them.
         fast: the motions in question, shape (n,).
         slow: motions that do not come near the largest rate, shape (n,).
         unit: of the rates.
     """
+    ratios = _gravity_ratios(motions, unit)
     short, honest = (ratios[which & np.isfinite(ratios)] for which in (fast, slow))
     if not len(short):
         return False

@@ -115,7 +115,7 @@ class CalibratedDevice:
         gravity = calibration.gravity.value if settings.gravity is None else settings.gravity
         self.criteria = RecheckCriteria(gravity, settings.grade, limits, settings.gyro_zeroed)
 
-    def judged(self, measured: RecheckData, units: Mapping[str, str]) -> Recheck:
+    def recheck(self, measured: RecheckData, units: Mapping[str, str]) -> Recheck:
         """The verdict on what was measured.
 
         Args:
@@ -338,7 +338,7 @@ def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
     turned = readings.gyroscope
     rotations = [] if turned is None else rotations_between(holds, turned, readings.accelerometer)
     time = readings.accelerometer.time
-    return known.judged(RecheckData(holds, rotations, float(time[-1] - time[0]), readings), units)
+    return known.recheck(RecheckData(holds, rotations, float(time[-1] - time[0]), readings), units)
 
 
 def _recheck_on_table(known: CalibratedDevice, readings: Readings) -> Recheck:
@@ -353,7 +353,7 @@ def _recheck_on_table(known: CalibratedDevice, readings: Readings) -> Recheck:
     data = find_table(series, known.settings.table)
     seconds = float(series.time[-1] - series.time[0])
     measured = RecheckData((), (), seconds, readings, data)
-    return known.judged(measured, {GYROSCOPE: series.unit})
+    return known.recheck(measured, {GYROSCOPE: series.unit})
 
 
 def recheck_collected(
@@ -378,7 +378,7 @@ def recheck_collected(
     units = stream.units
     if readings is not None and readings.magnetometer is not None:
         units[MAGNETOMETER] = readings.magnetometer.unit
-    return known.judged(recheck_data(collected, seconds, readings), units)
+    return known.recheck(recheck_data(collected, seconds, readings), units)
 
 
 def unreadable_recheck(known: CalibratedDevice, why: str, seconds: float = 0.0) -> Recheck:

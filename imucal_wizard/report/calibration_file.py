@@ -8,13 +8,12 @@ result of ``calibrate`` in Python, so that all of them give the same figures.
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
-from imucal_wizard.core.input import read_document
+from imucal_wizard.core.input import read_schema
 from imucal_wizard.core.output import encode_json, write_atomically
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray
@@ -469,17 +468,7 @@ def read_calibration(path: Path) -> Calibration:
         RecordingError: the file is missing, is no calibration, of another version, or contradicts
             itself.
     """
-    data = read_document(path)
-    try:
-        loose: Any = msgspec.json.decode(data)
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(f"{path} is not JSON; give a saved calibration") from error
-    schema = loose.get("schema") if isinstance(loose, dict) else None
-    if schema != CALIBRATION_SCHEMA:
-        raise RecordingError(
-            f"{path} has the schema {schema!r} instead of {CALIBRATION_SCHEMA!r}: it is no "
-            "calibration for this version"
-        )
+    data = read_schema(path, (CALIBRATION_SCHEMA,), "a calibration")
     try:
         found = msgspec.json.decode(data, type=Calibration)
     except (ValueError, RecursionError) as error:

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.input import read_document
+from imucal_wizard.core.input import read_schema
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import finite_or_none, fixed, number, plus_minus
 from imucal_wizard.core.readings import FloatArray
@@ -176,19 +176,9 @@ def read_noise(path: Path) -> dict[str, Any]:
     Raises:
         RecordingError: it cannot be read, or is another kind of document.
     """
+    data = read_schema(path, (NOISE_SCHEMA,), "the result of a noise measurement")
     try:
-        found = msgspec.json.decode(read_document(path))
-    except (ValueError, RecursionError) as error:
-        raise RecordingError(f"{path} is not JSON; give the result of a noise measurement") from (
-            error
-        )
-    schema = found.get("schema") if isinstance(found, dict) else None
-    if schema != NOISE_SCHEMA:
-        raise RecordingError(
-            f"{path} has the schema {schema!r} instead of {NOISE_SCHEMA!r}: give the result of a "
-            "noise measurement"
-        )
-    try:
+        found = msgspec.json.decode(data)
         for sensor in found["sensors"].values():
             coefficient_rows(sensor)
             lengths = {len(sensor["tau"]), *(len(one) for one in sensor["deviation"].values())}

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from imucal_wizard.core.errors import RecordingError, UsageError
-from imucal_wizard.core.input import read_document
-from imucal_wizard.core.output import sanitise, write_atomically
+from imucal_wizard.core.input import read_schema
+from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.quantities import with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
@@ -137,24 +139,20 @@ def reveal(answer: Path, key: str) -> Hidden:
         RecordingError: the file is missing or is not a sealed answer.
         DataError: the key does not open it.
     """
-    unreadable = RecordingError(f"{answer} is not a sealed answer of an exercise")
+    what = "a sealed answer of an exercise"
+    data = read_schema(answer, (LOCKED_SCHEMA, COVERED_SCHEMA), what)
     try:
-        found = json.loads(read_document(answer))
-        known = found["schema"] in (LOCKED_SCHEMA, COVERED_SCHEMA)
+        found = msgspec.json.decode(data)
         second = "nonce" if found["schema"] == LOCKED_SCHEMA else "digest"
-        parts = [bytes.fromhex(found[name]) for name in ("salt", second, "sealed")] if known else []
+        parts = [bytes.fromhex(found[name]) for name in ("salt", second, "sealed")]
         bound = _bound(found) if second == "nonce" else ""
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
-        raise unreadable from error
-    if not str(found["schema"]).startswith("imucal-wizard/mystery/"):
-        raise unreadable
-    if not known:
-        raise RecordingError(f"{answer} is of another version: {sanitise(str(found['schema']))}")
-    text = unlock_text(Locked(*parts), key, bound) if bound else unseal_text(Sealed(*parts), key)
-    try:
+        if bound:
+            text = unlock_text(Locked(*parts), key, bound)
+        else:
+            text = unseal_text(Sealed(*parts), key)
         return _hidden(json.loads(text))
     except (ValueError, KeyError, TypeError) as error:
-        raise unreadable from error
+        raise RecordingError(f"{answer} is not {what}: it is damaged") from error
 
 
 def truth_in_words(truth: Hidden) -> str:

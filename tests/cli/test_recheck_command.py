@@ -379,7 +379,7 @@ def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -
     units, measured = {"accelerometer": "m/s^2"}, RecheckData((), (), 0.0)
     for made, count in ((plain, 0), (whole, 1)):
         known = CalibratedDevice(made, RecheckSettings(datetime.now(UTC)))
-        says = known.judged(measured, units).says
+        says = known.recheck(measured, units).says
         assert says.count("the magnetometer was not checked") == count
 
 

@@ -191,13 +191,15 @@ def test_kalibr_takes_the_measured_noise(
     assert "typical" in lines["gyroscope_random_walk"]
     capsys.readouterr()
     assert main([*command[:-1], str(saved)]) == 2
-    assert "give the result of a noise measurement" in capsys.readouterr().err
+    assert "is not the result of a noise measurement" in capsys.readouterr().err
 
 
 def test_brackets_without_end_are_refused_as_noise(tmp_path: Path) -> None:
     path = tmp_path / "deep.json"
     path.write_bytes(b"[" * 100_000)
-    with pytest.raises(RecordingError, match="is not JSON; give the result of a noise"):
+    with pytest.raises(
+        RecordingError, match="is not the result of a noise measurement: it is not JSON"
+    ):
         read_noise(path)
 
 

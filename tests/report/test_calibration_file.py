@@ -78,7 +78,7 @@ def test_saving_replaces_the_file_whole(tmp_path: Path) -> None:
     [
         (b"", "not JSON"),
         (b"{]", "not JSON"),
-        (b"[1, 2]", "no calibration"),
+        (b"[1, 2]", "is not a calibration"),
         (b'{"schema": "imucal-wizard/calibration/99"}', "calibration/99"),
         (b'{"schema": "imucal-wizard/calibration/1", "program": 3}', "damaged"),
     ],

@@ -246,8 +246,8 @@ def test_a_calibration_without_single_measurements_has_no_figures(tmp_path: Path
 @pytest.mark.parametrize(
     ("content", "says"),
     [
-        ("{}", "it is no calibration for this version"),
-        ('{"schema": "imucal-wizard/noise/1"}', "no calibration"),
+        ("{}", "is not a calibration: its schema is None"),
+        ('{"schema": "imucal-wizard/noise/1"}', "is not a calibration"),
         ("ax,ay,az\n1,2,3\n", "is not JSON"),
         ('{"schema": "imucal-wizard/calibration/1", "sensors": 3}', "is damaged"),
     ],
