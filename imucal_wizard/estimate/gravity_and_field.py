@@ -322,7 +322,9 @@ def _heading_rows(
     )
     start = known.begin(BASE)
     rest = rest_of(known.holds, start.matrix)
-    turned = RotationSet(samples, np.arange(count), before, after, None, np.zeros(3))
+    turned = RotationSet(
+        samples, np.arange(count), before, after, None, np.zeros(3), rotations.step
+    )
     origin = first_time(known.holds, readings)
     span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
     walk = (float(rest.per_second.mean()) + known.lost) * (span[:, 1] - span[:, 0])

@@ -24,7 +24,7 @@ from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
-from imucal_wizard.estimate.rounded import noise_of_coarse_means
+from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
 from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
 from imucal_wizard.estimate.slow_noise import (
     Between,
@@ -38,7 +38,6 @@ from imucal_wizard.estimate.slow_noise import (
 )
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import (
     CROSS_PRIOR,
@@ -118,8 +117,9 @@ class GyroscopeExperiment(Movable):
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
         self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
         if lost is None:
-            per_sample = rest_of(holds, start.matrix).per_sample
-            per_sample = per_sample + start.matrix**2 @ rotations.rounding_density(holds)
+            interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
+            rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
+            per_sample = rest_of(holds, start.matrix).per_sample + rounding
             series, resting = None if readings is None else readings.gyroscope, None
             if series is not None:
                 resting = partial(spectrum_at_rest, series, holds, start.matrix)
@@ -163,12 +163,10 @@ class GyroscopeExperiment(Movable):
         first, last = one.spans.T
         walk = (float(rest.per_second.min()) + self.lost) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
-        coarse = noise_of_coarse_means(self.resting, resolution_of(one.samples.reading))
-        coarse = coarse * np.diag(self._start.matrix) ** 2
+        coarse = noise_of_coarse_means(self.resting, one.step) * np.diag(self._start.matrix) ** 2
+        resting = np.where(np.isfinite(coarse), coarse, rest.mean[self._resting])
         return (
-            np.maximum(
-                np.where(np.isfinite(coarse), coarse, rest.mean[self._resting]), MIN_REST_NOISE**2
-            ),
+            np.maximum(resting, MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
             rest.per_second,
         )

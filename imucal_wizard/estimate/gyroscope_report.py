@@ -28,7 +28,7 @@ from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rotation_set import examined
-from imucal_wizard.estimate.rounded import rate_shift
+from imucal_wizard.estimate.rounded import rate_shift, rate_step
 from imucal_wizard.measurement.holds import Hold, Rotation
 
 ONE_AXIS_SHARE = 0.9
@@ -93,7 +93,7 @@ def fit_gyroscope(
     args = holds, rotations, accelerometer, unit, readings
     if method == "offset":  # needs no rotation, so nothing below may refuse it
         turned = [rotation for rotation in rotations if rotation.problem is None]
-        rounding = rate_shift(holds, turned) if turned else 0.0
+        rounding = rate_shift(holds, rate_step(turned)) if turned else 0.0
         data = GyroscopeData(tuple(holds), reference.labels, unit, rounding)
         offset = method_of("gyroscope", method).run(data)
         with suppress(DataError):

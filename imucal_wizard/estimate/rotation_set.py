@@ -14,9 +14,9 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import Rest, has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_shift, rounding_at_rest
+from imucal_wizard.estimate.rounded import rate_shift, rate_step, unseen_rounding
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rounding import integrated_rounding, resolution_of
+from imucal_wizard.measurement.rounding import integrated_rounding
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -42,6 +42,7 @@ class RotationSet:
             the accelerometer in the rotations was not kept.
         rounding: variance by which the steps of the readings shift the mean rate of all holds
             alike, reading units², shape (3,).
+        step: of the readings on each axis, their unit, shape (3,); 0 where they never change.
     """
 
     samples: RotationSamples
@@ -50,6 +51,7 @@ class RotationSet:
     after: IntArray
     up: FloatArray | None
     rounding: FloatArray
+    step: FloatArray
 
     @property
     def spans(self) -> FloatArray:
@@ -64,8 +66,7 @@ class RotationSet:
     def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
         """Samples at either end of a rotation that still show what the holds show, shape (n,)."""
         resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
-        reading = self.samples.reading
-        near = (np.abs(reading - resting) < resolution_of(reading)).all(axis=1)
+        near = (np.abs(self.samples.reading - resting) < self.step).all(axis=1)
         out = np.zeros(len(near), bool)
         for first, past in itertools.pairwise(self.samples.offsets.tolist()):
             own = near[first:past]
@@ -82,21 +83,16 @@ class RotationSet:
         Returns:
             Of each axis, (reading × s)², shape (m, 3).
         """
+        out, unseen = np.zeros((len(self.usable), 3)), unseen_rounding(holds, self.step)
+        if not unseen.any():
+            return out
         samples, moving = self.samples, ~self.at_rest(holds)
-        step = resolution_of(samples.reading)
-        shown = rounding_at_rest(holds, step)
-        out = np.zeros((len(self.usable), 3))
         for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
             own = samples.reading[first:past][moving[first:past]]
-            whole = integrated_rounding(own, step) - len(own) * shown
+            whole = integrated_rounding(own, self.step)
+            whole = whole - len(own) * (self.step**2 / 12.0 - unseen)
             out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
-        return out
-
-    def rounding_density(self, holds: Sequence[Hold]) -> FloatArray:
-        """Variance × time of what rounding adds to a reading that moves fast, reading² s, (3,)."""
-        step = resolution_of(self.samples.reading)
-        unseen = np.maximum(step**2 / 12.0 - rounding_at_rest(holds, step), 0.0)
-        return np.asarray(unseen * median(self.samples.dt[self.samples.dt > 0.0]))
+        return np.where(unseen > 0.0, out, 0.0)
 
     def turned_inside(
         self, holds: Sequence[Hold], rest: Rest, start: Parameters
@@ -227,6 +223,5 @@ def rotation_set(
         force = (np.concatenate(forces) - accelerometer.bias) @ accelerometer.matrix.T
         length = lengths(force)[:, None]
         up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
-    return RotationSet(
-        samples, table[:, 0], table[:, 1], table[:, 2], up, rate_shift(holds, turned)
-    )
+    step, ends = rate_step(turned), (table[:, 1], table[:, 2])
+    return RotationSet(samples, table[:, 0], *ends, up, rate_shift(holds, step), step)

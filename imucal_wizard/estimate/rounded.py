@@ -10,6 +10,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import (
+    NO_ROUNDING,
     resolution_of,
     rounding_variance,
     variance_before_rounding,
@@ -32,10 +33,9 @@ def steps_in(collected: Collected) -> Steps:
     if not rotations and collected.steps is not None:
         return collected.steps
     forces = [one.accelerometer for one in rotations if one.accelerometer is not None]
-    rates = [one.rate for one in rotations]
     return (
         resolution_of(np.concatenate(forces)) if forces else np.zeros(3),
-        resolution_of(np.concatenate(rates)) if rates else None,
+        rate_step(rotations) if rotations else None,
     )
 
 
@@ -60,16 +60,19 @@ def with_rounding(holds: Sequence[Hold], steps: Steps) -> list[Hold]:
     ]
 
 
-def rate_shift(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> FloatArray:
+def rate_shift(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     """Variance, shape (3,), by which rounding shifts the mean rate of all holds together.
 
     Args:
         holds: still periods.
-        rotations: those of which the readings' steps are taken; at least one.
+        step: of the readings, shape (3,).
     """
-    known = [(hold.gyroscope_covariance, hold.samples) for hold in holds]
-    step = resolution_of(np.concatenate([rotation.rate for rotation in rotations]))
-    return _shift([(covariance, n) for covariance, n in known if covariance is not None], step)
+    return _shift(_rates(holds), step)
+
+
+def rate_step(rotations: Sequence[Rotation]) -> FloatArray:
+    """The step of a gyroscope's readings on each axis in rotations, at least one, shape (3,)."""
+    return resolution_of(np.concatenate([rotation.rate for rotation in rotations]))
 
 
 def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
@@ -83,11 +86,12 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
         holds: those with a mean rate.
         step: of the readings, shape (3,).
     """
-    count = np.array([hold.samples for hold in holds])[:, None]
-    spread = [hold.gyroscope_covariance for hold in holds]
-    own = [np.full(3, np.nan) if one is None else np.diag(one) for one in spread]
-    single = np.nanmean(np.array(own) * count, axis=0)
+    known = _rates(holds)
+    if not known:
+        return np.full((len(holds), 3), np.nan)
+    single = np.mean([np.diag(covariance) * samples for covariance, samples in known], axis=0)
     shift = rounding_variance(variance_before_rounding(single, step), step)
+    count = np.array([hold.samples for hold in holds])[:, None]
     out = single / count + FEW_SAMPLES * (step / count) ** 2
     return np.where(shift > single / median(count[:, 0]), out, np.nan)
 
@@ -102,10 +106,9 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
     """
     notes = []
     step_a, step_g = steps
-    rates = [(h.gyroscope_covariance, h.samples) for h in plain]
     for sensor, step, averages in (
         ("accelerometer", step_a, [(h.accelerometer_covariance, h.samples) for h in plain]),
-        ("gyroscope", step_g, [(c, n) for c, n in rates if c is not None]),
+        ("gyroscope", step_g, _rates(plain)),
     ):
         if step is None or sensor not in units or not averages:
             continue
@@ -121,22 +124,27 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
     return notes
 
 
-def rounding_at_rest(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
-    """Variance by rounding that the gyroscope's samples show at rest, shape (3,).
+def unseen_rounding(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """Variance by rounding of a rate that moves fast, beyond what samples at rest show, shape (3,).
 
-    It is q²/12 where noise carries the readings over the steps q, and none where they stand still.
+    Rounding adds q²/12 to moving readings. At rest it adds as much where noise carries the readings
+    over the steps q, and nothing where they stand still.
 
     Args:
         holds: still periods.
         step: of the readings, shape (3,).
     """
+    rounded = _single_samples(_rates(holds))
+    carried = rounded > NO_ROUNDING * step**2
+    rounded = np.where(carried, 0.0, rounded)
+    unseen = step**2 / 12.0 - (rounded - variance_before_rounding(rounded, step))
+    return np.where(carried, 0.0, np.maximum(unseen, 0.0))
+
+
+def _rates(holds: Sequence[Hold]) -> list[tuple[FloatArray, int]]:
+    """Covariance of each mean rate, and how many samples it is the mean of."""
     known = [(hold.gyroscope_covariance, hold.samples) for hold in holds]
-    rounded = _single_samples(
-        [(covariance, n) for covariance, n in known if covariance is not None]
-    )
-    if not np.isfinite(rounded).all():
-        return np.asarray(step**2 / 12.0)
-    return np.maximum(rounded - variance_before_rounding(rounded, step), 0.0)
+    return [(covariance, samples) for covariance, samples in known if covariance is not None]
 
 
 def _shift(averages: Sequence[tuple[FloatArray, int]], step: FloatArray) -> FloatArray:

@@ -107,6 +107,7 @@ def test_the_gyroscope_carries_the_mean_direction_of_a_swaying_hold_to_its_ends(
         after=np.array([1, 0]),
         up=None,
         rounding=np.zeros(3),
+        step=np.zeros(3),
     )
     calm = replace(found, gyroscope_turn=None)
     rest = replace(rest_of([found, calm], np.eye(3)), carried=np.array([True, False]))
