@@ -33,8 +33,8 @@ from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import UnknownShape
 
 MAX_LINEAR = 4.0
-"""What is left, rms in units of the noise, up to which the squares of errors are below the noise:
-those of sizes that are named and not more are."""
+"""What is left, rms in units of the noise, up to which what the linear model neglects, the squares
+of the errors, is below the noise."""
 MAX_REFITS = 3
 """Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0

@@ -37,8 +37,9 @@ PRIOR = {NOTHING: 0.5, EFFECT: 0.29, PAIR: 0.1, DISTURBED: 0.05, UNKNOWN: 0.06}
 SPREADS = (0.3, 1.0, 3.5, 14.0, 56.0)
 """Sizes of an effect against its typical size: small parts, typical ones, bad ones, and faults."""
 SPREAD_SHARES = (0.32, 0.32, 0.32, 0.03, 0.01)
-"""How often each of them occurs. A size far above the usual one is improbable once, by its share,
-and not by the exponential of its square, which noise of any size or unknown structure outdoes."""
+"""How often each of them occurs. Without the last two, the probability of a size far above the
+usual one would fall with the exponential of its square, and larger noise or unknown structure would
+always be more probable."""
 DISTURBANCES = (6.0, 20.0, 60.0, 240.0, 960.0)
 """A disturbed hold is off by so many noise standard deviations."""
 

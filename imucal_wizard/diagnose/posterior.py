@@ -167,9 +167,9 @@ class HypothesisSet:
             others = np.array(
                 [one.kind == EFFECT and one.families != first.families for one in self.single]
             )
-            made += joint_hypotheses(
-                first, self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
-            )
+            if others.any():
+                other = self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
+                made += joint_hypotheses(first, other)
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
     def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:

@@ -5,6 +5,7 @@ them. What only a magnetometer needs is imported where there is one.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -152,11 +153,14 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     gyroscope = readings.gyroscope
     if gyroscope is None or not len(gyroscope):
         return error
+    still = _without(readings, options.left_out)
     try:
-        holds = find_holds(replace(readings, gyroscope=None), options.gravity)[0]
-        check_means(np.array([hold.accelerometer for hold in holds]).reshape(-1, 3))
+        holds = _checked_holds(replace(still, gyroscope=None), options.gravity)
     except DataError:
         return error
+    with suppress(DataError):
+        _checked_holds(still, options.gravity)
+        return error  # the gyroscope hides none that a fit needs
     during = [gyroscope.between(hold.start, hold.end).values for hold in holds]
     rates = np.array([one.mean(axis=0) for one in during if len(one)]).reshape(-1, 3)
     if not len(rates):
@@ -169,6 +173,17 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
         "without restarting the sensor",
         settings=error.settings,
     )
+
+
+def _checked_holds(readings: Readings, gravity: float) -> list[Hold]:
+    """The holds of a recording.
+
+    Raises:
+        DataError: no fit can begin from them.
+    """
+    holds = find_holds(readings, gravity)[0]
+    check_means(np.array([hold.accelerometer for hold in holds]).reshape(-1, 3))
+    return holds
 
 
 def _with_duration(error: DataError, readings: Readings) -> DataError:

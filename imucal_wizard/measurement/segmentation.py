@@ -24,6 +24,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_SELECTED_RATIO,
     MIN_SPEED_RATIO,
     ONE_POSITION,
+    ONE_POSITION_NOISE,
     QUIET_BLOCKS,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
@@ -41,6 +42,7 @@ from imucal_wizard.core.readings import (
 )
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
+from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.blocks import (
     BlockCutter,
     Blocks,
@@ -116,6 +118,8 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     reach = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
     magnitude = median(np.linalg.norm(blocks.mean_a, axis=1))
     one_position = reach < ONE_POSITION * magnitude
+    if readings.accelerometer.unit == COUNT:
+        one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
     rests = Rests(windows, step_a, step_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
     return ReducedRecording(

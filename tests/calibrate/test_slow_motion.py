@@ -1,5 +1,6 @@
 """A device that is waved slowly is not at rest, and a hold that settles is trimmed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
-from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks
 from imucal_wizard.measurement.holds import hold_at_rest
 from imucal_wizard.measurement.rests import HoldBuilder
@@ -100,12 +101,24 @@ def test_a_device_that_is_waved_slowly_is_refused_with_what_to_do() -> None:
     assert str(refused.value).count(". ") <= 2
 
 
-@pytest.mark.parametrize("offset", [0.0, 9.0], ids=["no offset", "a converter's offset"])
-def test_a_recording_of_one_position_is_one_hold(offset: float) -> None:
+def test_an_offset_of_many_gravities_is_not_a_single_position() -> None:
+    """A ±16 g sensor with a voltage output: counts of 10 mg, zero at 26 g on each axis."""
+    rng = np.random.default_rng(4)
+    motion = waved(200.0, 8.0, 50.0, rng)
+    force = recorded(motion, Virtual(rate=50.0, gyroscope=False), rng).accelerometer
+    counts = np.round((force.values / G + 26.0) * 100.0)
+    with pytest.raises(DataError, match="never at rest"):
+        fit_readings(Readings(Series(force.time, counts, "count")))
+
+
+@pytest.mark.parametrize(
+    ("offset", "unit"), [(0.0, "m/s^2"), (26.0 * G, "count")], ids=["no offset", "counts"]
+)
+def test_a_recording_of_one_position_is_one_hold(offset: float, unit: str) -> None:
     """Its noise is no motion: it was said to turn at 28 degrees per second."""
     rng, time = np.random.default_rng(12), np.arange(6000) / RATE
     level = np.array([offset, offset, G + offset]) * np.ones((len(time), 1))
-    force = Series(time, level + 2e-3 * G * rng.standard_normal((len(time), 3)), "m/s^2")
+    force = Series(time, level + 2e-3 * G * rng.standard_normal((len(time), 3)), unit)
     rate = Series(time, 2e-3 * rng.standard_normal((len(time), 3)), "rad/s")
     readings = Readings(force, rate)
     (hold,) = find_holds(readings, G)[0]
@@ -124,6 +137,21 @@ def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_p
     ) as refused:
         fit_readings(read_files([path]))
     assert "restarting the sensor" in str(refused.value)
+
+
+def test_a_method_that_misses_a_face_does_not_blame_the_gyroscope(tmp_path: Path) -> None:
+    """All holds were found; the gyroscope's mean changed by its noise."""
+    path = tmp_path / "recording.csv"
+    simulate_recording(path, poses="6", seed=5, rate=50.0)
+    whole = read_files([path])
+    series = whole.accelerometer
+    kept = np.ones(len(series), bool)
+    for hold in find_holds(whole, G)[0]:
+        if hold.accelerometer[2] > 0.9 * G:
+            kept &= (series.time < hold.start - 0.2) | (series.time > hold.end + 0.2)
+    force = Series(series.time[kept], series.values[kept], series.unit)
+    with pytest.raises(DataError, match=r"^six positions are needed; .*: \+z$"):
+        fit_readings(replace(whole, accelerometer=force), FitOptions(method="six-position"))
 
 
 def test_an_honest_session_without_a_gyroscope_is_accepted() -> None:

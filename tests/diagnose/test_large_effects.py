@@ -11,7 +11,7 @@ from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import record
 from benchmarks.injected import injected
 from imucal_wizard.diagnose.bench import Bench
-from imucal_wizard.diagnose.hypotheses import UNKNOWN
+from imucal_wizard.diagnose.hypotheses import PAIR, UNKNOWN
 from imucal_wizard.diagnose.posterior import explained
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import judge_misfit
@@ -30,7 +30,7 @@ from tests.shared_data import shared_data
     ],
 )
 def test_an_effect_far_above_its_usual_size_is_added_under_its_name(hidden: str, plan: str) -> None:
-    """The size costs its prior once, and its square is no other effect."""
+    """Neither its size nor its square is taken for noise, unknown structure or another effect."""
     rng = np.random.default_rng(511)
     recorded = record(PLANS[plan], CONSUMER, (parse_hidden(hidden),), rng)
     bench = Bench("accelerometer", measured_of(recorded))
@@ -50,6 +50,20 @@ def test_two_effects_of_which_one_has_many_parameters_are_named_together() -> No
     unknown = [one.kind == UNKNOWN for one in alone.single]
     assert posterior.single[unknown].sum() > 0.9
     assert judge_misfit(misfit, *explained(misfit)).families == ("even-order", "hysteresis")
+
+
+def test_an_effect_without_any_of_another_family_is_joined_with_none() -> None:
+    """It was joined with noise alone, which has no family: a look at the misfit failed."""
+    misfit, alone = session()
+    unknown = next(one for one in alone.single if one.kind == UNKNOWN)
+    pattern = (
+        alone.frame.across @ unknown.patterns @ np.resize([20.0, -20.0], unknown.patterns.shape[1])
+    )
+    candidates = tuple(one for one in misfit.candidates if one.family == "slow-bias")
+    misfit = replace(misfit, residual=misfit.residual + pattern, candidates=candidates)
+    hypotheses, posterior = explained(misfit)
+    assert not any(one.kind == PAIR for one in hypotheses.single)
+    assert judge_misfit(misfit, hypotheses, posterior).families == ()
 
 
 @pytest.mark.parametrize(

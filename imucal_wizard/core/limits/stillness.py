@@ -63,8 +63,11 @@ no repetition shows."""
 
 ONE_POSITION = 0.05
 """Half the range of the liveliest axis over the magnitude of the readings, below which the device
-stayed in one position: it leaned by less than 3°. An offset of counts is at most about nine times
-one gravity, of a converter whose middle is its zero."""
+stayed in one position: it leaned by less than 3°."""
+ONE_POSITION_NOISE = 10.0
+"""Half that range over the noise, below which counts are those of one position. Their zero may be
+anywhere: a ±16 g sensor with a voltage output reads 26 g on each axis when nothing acts on it.
+Noise alone makes 4 at most, six faces at least 10 if one gravity is three counts or more."""
 MIN_SPEED_RATIO = 8.0
 """Rms rate of gravity's direction between the holds over that within them. A hand that turns a
 device from pose to pose at 30 °/s and holds it freely reaches 12, a table hundreds; the slowest
