@@ -224,7 +224,8 @@ def _check_clipping(readings: FloatArray) -> None:
     """Refuse an axis that is clearly saturated.
 
     If the noise is at least about a step, the largest value is rarer than those just below it, even
-    at rest. A saturated axis has lost its noise.
+    at rest. A saturated axis has lost its noise, and the other axes have kept theirs: where they
+    are calm as well, the device rests in a quiet place.
 
     Args:
         readings: in the order of time, shape (n, 3).
@@ -232,8 +233,11 @@ def _check_clipping(readings: FloatArray) -> None:
     Raises:
         DataError: an axis is saturated.
     """
-    for name, there in stuck_samples(readings).items():
-        values = readings[:, "xyz".index(name[1])]
+    stuck = stuck_samples(readings)
+    ends = [np.any([at for name, at in stuck.items() if name[1] == axis], axis=0) for axis in "xyz"]
+    for name, there in stuck.items():
+        axis = "xyz".index(name[1])
+        values = readings[:, axis]
         levels, counts = np.unique(values, return_counts=True)
         if name[0] == "+":
             levels, counts = -levels[::-1], counts[::-1]
@@ -241,19 +245,21 @@ def _check_clipping(readings: FloatArray) -> None:
         if len(levels) < 2 + STUCK_NEIGHBOURS or counts[0] < MIN_STUCK_RATIO * counts[beside].max():
             continue
         step = median(np.diff(levels[: 2 + STUCK_NEIGHBOURS]))
-        if _noise(values, there) > MIN_NOISE_STEPS * step:
+        others = [_noise(readings[:, k], ~there | ends[k]) for k in range(3) if k != axis]
+        while_there = max((one for one in others if one is not None), default=np.inf)
+        if min(_noise(values, there) or 0.0, while_there) > MIN_NOISE_STEPS * step:
             raise _saturation_error(name, there)
 
 
-def _noise(values: FloatArray, there: BoolArray) -> float:
-    """Noise of the samples between the ends, without any motion."""
+def _noise(values: FloatArray, without: BoolArray) -> float | None:
+    """Noise of the other samples without any motion; None where too few of them are together."""
     found = []
     for order in DIFFERENCE_ORDERS:
-        free = ~np.lib.stride_tricks.sliding_window_view(there, order + 1).any(axis=1)
+        free = ~np.lib.stride_tricks.sliding_window_view(without, order + 1).any(axis=1)
         rough = np.abs(np.diff(values, order))[free]
-        size = median(rough) if len(rough) >= MIN_STUCK_SAMPLES else 0.0
-        found.append(SIGMA_PER_MEDIAN * size / sqrt(comb(2 * order, order)))
-    return min(found)
+        if len(rough) >= MIN_STUCK_SAMPLES:
+            found.append(SIGMA_PER_MEDIAN * median(rough) / sqrt(comb(2 * order, order)))
+    return min(found, default=None)
 
 
 def check_saturation(stuck: dict[str, BoolArray], distance: FloatArray, step: FloatArray) -> None:

@@ -11,6 +11,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from tests.estimate.field_truth import (
+    CORRECTION,
     MAGNITUDE,
     OFFSET,
     TEN_BITS,
@@ -118,6 +119,17 @@ def test_a_range_however_small_is_seen_as_saturated(
         values[:, axis] = np.minimum(values[:, axis], end)
     with pytest.raises(DataError, match=f"axis [{''.join('xyz'[k] for k in axes)}] .*saturated"):
         fit_magnetometer(replace(series, values=values))
+
+
+def test_a_rest_in_a_quiet_place_at_the_end_of_an_axis_is_no_saturation() -> None:
+    """There the noise is a tenth of a step; while the device turned it was a whole one."""
+    rng = np.random.default_rng(40)
+    turned, rest = six_circles(rng), np.tile([-1.0, 0.0, 0.0], (600, 1))
+    turned = turned[turned[:, 0] > -0.95]
+    level = 4.0 * np.repeat([1.0, 0.1], [len(turned), len(rest)])
+    field = np.concatenate([turned, rest])
+    noise = (level[:, None] * rng.standard_normal(field.shape)) @ CORRECTION.T
+    fit_magnetometer(recorded(field, rng, noise=0.0, step=4.0, extra=noise).series)
 
 
 @pytest.mark.parametrize("rate", [8.0, 25.0, 80.0])
