@@ -93,7 +93,7 @@ def certificate(
         number=digest[:12].upper(),
         issued=_date(issued),
         item=_item(calibration),
-        measurement=_measurement(calibration, place),
+        measurement=_measurement(calibration),
         gravity_note=_gravity_note(calibration, place),
         sensors=sensors,
         summary=[_summary_row(name, one) for name, one in calibration.sensors.items()],
@@ -179,8 +179,9 @@ def _location(calibration: Calibration) -> Location | None:
     return found if abs(found.latitude) <= 90.0 and math.isfinite(found.height) else None
 
 
-def _measurement(calibration: Calibration, place: Location | None) -> list[tuple[str, str]]:
+def _measurement(calibration: Calibration) -> list[tuple[str, str]]:
     warm = calibration.temperature
+    place = _location(calibration)  # not one that was stated later, to compare gravity with
     temperature = (
         "not measured"
         if warm is None

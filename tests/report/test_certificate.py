@@ -219,6 +219,15 @@ def test_the_history_of_the_item_is_told(tmp_path: Path) -> None:
     assert "History of the item" not in Visible(out.read_text()).text
 
 
+def test_the_gravity_used_is_of_the_place_of_the_calibration(tmp_path: Path) -> None:
+    """A place that is stated for the report is compared with, and was not used."""
+    there = {"gravity": "normal", "latitude": "47.4", "height": "400"}
+    page = reported(tmp_path, full(place=there), "--latitude", "60", "--height", "100")
+    said = Visible(page).text
+    assert "from latitude 47.4°, height 400 m" in said
+    assert "Normal gravity at latitude 60°, height 100 m is 9.8188" in said
+
+
 def test_gravity_of_another_place_is_compared(tmp_path: Path) -> None:
     page = reported(tmp_path, full(), "--latitude", "60", "--height", "100")
     said = Visible(page).text
