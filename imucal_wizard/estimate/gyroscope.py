@@ -163,8 +163,10 @@ class GyroscopeExperiment(Movable):
         first, last = one.spans.T
         walk = (float(rest.per_second.min()) + self.lost) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
-        coarse = noise_of_coarse_means(self.resting, one.step) * np.diag(self._start.matrix) ** 2
-        resting = np.where(np.isfinite(coarse), coarse, rest.mean[self._resting])
+        # of axes that may be mounted otherwise than the accelerometer's
+        coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2
+        mostly = np.isfinite(coarse) @ gains.T > 0.5 * gains.sum(axis=1)
+        resting = np.where(mostly, np.nan_to_num(coarse) @ gains.T, rest.mean[self._resting])
         return (
             np.maximum(resting, MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),

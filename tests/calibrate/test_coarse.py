@@ -194,6 +194,18 @@ def test_a_gyroscope_in_whole_degrees_per_second_is_no_missing_effect(seed: int)
     assert found.verdict is Verdict.COMPLETE
 
 
+def test_a_coarse_gyroscope_may_be_mounted_turned_by_a_quarter() -> None:
+    """Its steps belong to its own axes; the same readings give the same errors."""
+    readings = _in_steps(_exact(100.0, 0.15, False, 72), 0.0, DEGREE)
+    assert readings.gyroscope is not None
+    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    values = readings.gyroscope.values @ turn.T
+    turned = replace(readings, gyroscope=replace(readings.gyroscope, values=values))
+    here, there = (fit_readings(one).sensors["gyroscope"] for one in (readings, turned))
+    np.testing.assert_allclose(there.matrix @ turn, here.matrix, atol=1e-6)
+    assert there.floor == pytest.approx(here.floor, rel=1e-4)
+
+
 MOTIONS: dict[str, Callable[[np.random.Generator], FloatArray]] = {
     "it passes steps": lambda rng: np.cumsum(rng.uniform(0.1, 0.4, 4000)),
     "it is fast": lambda rng: 60.0 * np.sin(rng.uniform(0.5, 2.0) * np.arange(300)),
