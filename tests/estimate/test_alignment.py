@@ -23,7 +23,7 @@ def _noisy(field: FloatArray, size: float, rng: np.random.Generator) -> FloatArr
 
 @pytest.mark.parametrize("dip", [-3.0, 30.0, 75.0])
 def test_any_rotation_between_the_sensors_is_found(dip: float) -> None:
-    """Fifteen sensors at any angle, thirteen positions each: the nearest axes are often no start."""
+    """Fifteen sensors at any angle, in 13 positions each: the nearest axes are often no start."""
     rng = np.random.default_rng(0)
     for seed in range(15):
         mounted = Attitude.random(random_state=seed)
