@@ -339,7 +339,7 @@ def difference_table(
             total += one.p is not None
             odd = one.p is not None and one.p < SIGNIFICANT
             marked += odd
-            unit = "" if one.unit == "1" else f" [{one.unit}]"
+            unit = "" if one.unit in ("", "1") else f" [{one.unit}]"
             label = f"{'▸' if odd else ' '} {name}{unit}"
             table.append((label, *(_many(one) if many else _two(one))))
     widths = fitting_widths(table)

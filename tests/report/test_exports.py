@@ -527,6 +527,41 @@ def test_a_calibration_of_an_older_version_is_exported_whole_and_without_a_proof
         (lambda one: one["sensors"]["accelerometer"]["bias"].append(1.0), "three numbers"),
         (lambda one: one["sensors"]["gyroscope"]["effects"][0]["sizes"].pop(), "8 sizes for 9"),
         (lambda one: one["hold_means"].pop(), "missing hold"),
+        (lambda one: one["sensors"].clear(), "holds no sensor"),
+        (lambda one: one["sensors"]["accelerometer"].update(bias_unit="rad/s"), "be in 'rad/s'"),
+        (lambda one: one["sensors"]["gyroscope"].update(bias_unit="furlong"), "be in 'furlong'"),
+        (lambda one: one["sensors"]["accelerometer"].update(grade="fine"), "is no grade"),
+        (
+            lambda one: one["sensors"]["gyroscope"].update(parameter_covariance=[[1.0]]),
+            "covariance of the parameters is not a valid one",
+        ),
+        (
+            lambda one: one["sensors"]["accelerometer"].update(covariance=np.eye(8).tolist()),
+            "not a valid one of 9 numbers",
+        ),
+        (
+            lambda one: one["sensors"]["gyroscope"].update(covariance=(-np.eye(12)).tolist()),
+            "not a valid one of 12 numbers",
+        ),
+        (  # twelve numbers cannot all oppose one another
+            lambda one: one["sensors"]["gyroscope"].update(
+                covariance=(1.6 * np.eye(12) - 0.6).tolist()
+            ),
+            "not a valid one of 12 numbers",
+        ),
+        (
+            lambda one: one["hold_means"][2]["gyroscope_covariance"].__setitem__(1, []),
+            "does not have a valid covariance of three axes",
+        ),
+        (lambda one: one["hold_means"][2].update(previous=[]), "have three numbers"),
+        (
+            lambda one: one["hold_means"][2].update(accelerometer_scatter=[1.0, -1.0, 1.0]),
+            "has a negative variance",
+        ),
+        (
+            lambda one: one["hold_means"][2]["accelerometer"].__setitem__(0, 1e300),
+            "the accelerometer's error on the measurements in the file is",
+        ),
     ],
 )
 def test_a_file_edited_by_hand_is_refused_with_what_is_wrong(
@@ -536,10 +571,13 @@ def test_a_file_edited_by_hand_is_refused_with_what_is_wrong(
     document = json.loads(saved.read_text())
     edit(document)
     saved.write_text(json.dumps(document))
-    assert cli.main(["export", str(saved), "--to", "json"]) == 2
-    said = capsys.readouterr().err
-    assert says in said
-    assert said.count("\n") == 1
+    for command in ("export --to json", "report", "diff", "recheck"):
+        name, *options = command.split()
+        files = [str(saved), str(saved)] if name in ("diff", "recheck") else [str(saved)]
+        assert cli.main([name, *files, *options]) == 2, command
+        said = capsys.readouterr().err
+        assert says in said
+        assert said.count("\n") == 1
 
 
 def test_the_calibration_itself_is_never_written_over(

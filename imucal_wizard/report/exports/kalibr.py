@@ -157,6 +157,7 @@ TARGET = ExportTarget(
         "biases: Kalibr estimates them itself; they stand in comments",
         "magnetometer",
         "effects other than g-sensitivity",
+        "standard errors",
         "this program's body frame: Kalibr's accelerometer matrix is lower triangular",
     ),
     keeps={"accelerometer": Kept(), "gyroscope": Kept(takes=is_g_sensitivity)},
