@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.measure import machine
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.measurement.blocks import BlockCutter
-from imucal_wizard.measurement.rests import still_runs
+from imucal_wizard.measurement.holds import still_runs
 from imucal_wizard.measurement.stillness import Limits, WindowMaker
 
 RATES = (100.0, 1000.0, 8000.0)

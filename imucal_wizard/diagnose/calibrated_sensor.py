@@ -23,8 +23,8 @@ from imucal_wizard.estimate.accelerometer import (
     principal_steps,
 )
 from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.fit_warnings import FAR, scale_notes
-from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters

@@ -25,7 +25,7 @@ from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor
 from imucal_wizard.estimate.accelerometer import principal_steps
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.experiment import Directions, Experiment
-from imucal_wizard.estimate.gauss_newton import minimum
+from imucal_wizard.estimate.fit import minimum
 from imucal_wizard.model.rows.source import ENTRIES
 
 UNEXPLAINED_P = 0.01

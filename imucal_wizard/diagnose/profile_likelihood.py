@@ -12,7 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.model.terms import Term
 

@@ -28,7 +28,7 @@ from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREAD_SHA
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum, under_reference
+from imucal_wizard.estimate.fit import Minimum, under_reference
 from imucal_wizard.estimate.held_out import rms_held_out
 from imucal_wizard.estimate.result import SensorFit
 

@@ -18,7 +18,7 @@ from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum, with_effects
+from imucal_wizard.estimate.fit import Minimum, with_effects
 from imucal_wizard.estimate.held_out import rms_fitted, rms_held_out
 from imucal_wizard.model.terms import Term
 

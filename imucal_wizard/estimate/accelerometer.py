@@ -12,7 +12,7 @@ from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum, minimum
+from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of

@@ -15,7 +15,7 @@ from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
 from imucal_wizard.model.terms import Terms
 
 if TYPE_CHECKING:
-    from imucal_wizard.estimate.gauss_newton import Minimum
+    from imucal_wizard.estimate.fit import Minimum
     from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
     from imucal_wizard.estimate.table_steps import TableData
 

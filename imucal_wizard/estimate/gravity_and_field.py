@@ -19,8 +19,7 @@ from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
-from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.gauss_newton import minimum
+from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE, GyroscopeExperiment, motion_of
 from imucal_wizard.estimate.gyroscope_fit import determined_entries
 from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION

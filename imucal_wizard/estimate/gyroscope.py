@@ -19,7 +19,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit

@@ -10,7 +10,7 @@ from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum, minimum
+from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate

@@ -1,6 +1,7 @@
 """Errors of holds and rotations: on the data fitted, left out of the fit, and by noise alone."""
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -8,14 +9,16 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinc
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
 from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
-from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.variance_components import (
     determined,
     inverted,
 )
 from imucal_wizard.model.rows.table import numbered
+
+if TYPE_CHECKING:
+    from imucal_wizard.estimate.experiment import Experiment
+    from imucal_wizard.estimate.fit import Minimum
 
 HOLE = 1.0 / (1.0 + 42.0**2)
 """Share of a group's own error left in its residual, below which the base model is fitted to it by
@@ -35,12 +38,12 @@ MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
 
 
-def rms_fitted(found: Minimum[Experiment]) -> float:
+def rms_fitted(found: "Minimum[Experiment]") -> float:
     """Error of holds or rotations on the data fitted."""
     return items_of(found).rms(found.errors)
 
 
-def rms_held_out(found: Minimum[Experiment]) -> float | None:
+def rms_held_out(found: "Minimum[Experiment]") -> float | None:
     """Error of holds or rotations left out; None where the others do not determine the model."""
     out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
     return None if out is None else items_of(found).rms(out[:, 0])
@@ -74,7 +77,7 @@ class Items:
         return float(np.sqrt(variances[self.rows].sum() / (self.item.max(initial=0) + 1)))
 
 
-def items_of(found: Minimum[Experiment]) -> Items:
+def items_of(found: "Minimum[Experiment]") -> Items:
     """The judged rows of a fit by hold or rotation."""
     sources = found.experiment.sources
     judged = np.concatenate([np.full(len(s.labels), s.judged) for s in sources])
@@ -100,7 +103,7 @@ class HeldOut:
     interval: tuple[float, float]
 
 
-def held_out(found: Minimum[Experiment]) -> HeldOut | None:
+def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     """Errors of each group of rows under the fit of all others; what noise would make of them.
 
     The expected errors are the same linear maps as those of the rows, applied to the measured noise
@@ -146,7 +149,7 @@ def held_out(found: Minimum[Experiment]) -> HeldOut | None:
 
 
 def _under_the_others(
-    found: Minimum[Experiment], left: FloatArray, errors: FloatArray
+    found: "Minimum[Experiment]", left: FloatArray, errors: FloatArray
 ) -> FloatArray | None:
     """Errors of each group of rows under the fit of all others, shape (n, k).
 
@@ -238,13 +241,13 @@ def left_out(unexplained: FloatArray, errors: FloatArray) -> FloatArray:
     return np.asarray((vectors @ (inverse[:, :, None] * turned))[:, :, 0])
 
 
-def _noise_root(found: Minimum[Experiment]) -> FloatArray:
+def _noise_root(found: "Minimum[Experiment]") -> FloatArray:
     """A root of the covariance of independent rows by noise, that of the reference included."""
     own, columns = found.system.own, found.system.columns
     return np.column_stack([np.diag(np.sqrt(own)), columns[:, found.measured]])
 
 
-def floor_fitted(found: Minimum[Experiment]) -> float:
+def floor_fitted(found: "Minimum[Experiment]") -> float:
     """Expected rms of the fitted rows by noise alone, where none can be left out."""
     system, reported = found.system, found.reported
     noise, pull = _noise_root(found), found.pull()
@@ -253,7 +256,7 @@ def floor_fitted(found: Minimum[Experiment]) -> float:
     return items_of(found).mean((fitted**2).sum(axis=1))
 
 
-def why_none_held_out(found: Minimum[Experiment]) -> str:
+def why_none_held_out(found: "Minimum[Experiment]") -> str:
     """Why no error held out is known, and what to measure."""
     words = {source.group_word for source in found.experiment.sources if source.judged}
     one = " or ".join(sorted(words))
@@ -263,7 +266,7 @@ def why_none_held_out(found: Minimum[Experiment]) -> str:
     )
 
 
-def rms_later(found: Minimum[Experiment]) -> float | None:
+def rms_later(found: "Minimum[Experiment]") -> float | None:
     """Rms error of the later holds or rotations under the fit of the early part of the session.
 
     What nothing slow moves (the base's directions without a part in a bias) is kept from all data,
@@ -286,7 +289,9 @@ def rms_later(found: Minimum[Experiment]) -> float | None:
     return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
 
 
-def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) -> FloatArray | None:
+def _refitted(
+    found: "Minimum[Experiment]", rows: BoolArray, moving: BoolArray
+) -> FloatArray | None:
     """Change of some parameters when some rows alone speak; None where these do not know them."""
     system, balance, independent = found.system, found.balance, found.independent
     columns = independent.measured(system.columns)[np.ix_(rows, moving)]
@@ -299,7 +304,7 @@ def _refitted(found: Minimum[Experiment], rows: BoolArray, moving: BoolArray) ->
     return np.asarray(-inverted(normal) @ pull)
 
 
-def outlier_of(found: Minimum[Experiment]) -> Outlier | None:
+def outlier_of(found: "Minimum[Experiment]") -> Outlier | None:
     """The hold or rotation that does not fit with all others, if one stands out."""
     system, items, independent = found.system, items_of(found), found.independent
     variance, covariance = found.balance.variance, found.balance.covariance

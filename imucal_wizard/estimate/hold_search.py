@@ -9,7 +9,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
-from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.held_out import groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
 from imucal_wizard.measurement.holds import Hold

@@ -22,9 +22,8 @@ from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, 
 from imucal_wizard.core.units import COUNT, SI_UNIT
 from imucal_wizard.estimate.accelerometer import BASE, ENTRY_OF
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
-from imucal_wizard.estimate.fit import report
+from imucal_wizard.estimate.fit import Minimum, minimum, report
 from imucal_wizard.estimate.fit_warnings import scale_notes
-from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.gyroscope import (
     MIN_REST_NOISE,
     GyroscopeExperiment,

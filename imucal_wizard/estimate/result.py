@@ -16,7 +16,7 @@ from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
-    from imucal_wizard.estimate.gauss_newton import Minimum
+    from imucal_wizard.estimate.fit import Minimum
     from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
     from imucal_wizard.estimate.outliers import Outlier
     from imucal_wizard.estimate.repeatability import Repeatability

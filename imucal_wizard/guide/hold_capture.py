@@ -24,8 +24,7 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.live_checks import reject_clipped
 from imucal_wizard.guide.measurements import KeptHold, KeptRotation
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
-from imucal_wizard.measurement.holds import Collected, Hold, hold_from, slow_and_fast
-from imucal_wizard.measurement.rests import HoldBuilder
+from imucal_wizard.measurement.holds import Collected, Hold, HoldBuilder, hold_from, slow_and_fast
 from imucal_wizard.measurement.segmentation import turning_rates
 from imucal_wizard.measurement.stillness import Block
 

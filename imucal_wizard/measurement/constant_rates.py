@@ -16,8 +16,14 @@ from imucal_wizard.core.limits.stillness import (
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.core.statistics import median, median_of_rows, true_on_all_axes
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks
-from imucal_wizard.measurement.holds import Hold, hold_from, trim_ends
-from imucal_wizard.measurement.rests import Rests, blocks_of_rests, still_runs
+from imucal_wizard.measurement.holds import (
+    Hold,
+    Rests,
+    blocks_of_rests,
+    hold_from,
+    still_runs,
+    trim_ends,
+)
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
 from imucal_wizard.measurement.stillness import WindowMaker, Windows
 

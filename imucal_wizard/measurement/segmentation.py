@@ -52,10 +52,12 @@ from imucal_wizard.measurement.blocks import (
 from imucal_wizard.measurement.clipping import CLIPPED_ROTATION, RateSegment, clipped_motions
 from imucal_wizard.measurement.holds import (
     Hold,
+    Rests,
     Rotation,
+    blocks_of_rests,
     hold_at_rest,
+    still_runs,
 )
-from imucal_wizard.measurement.rests import Rests, blocks_of_rests, still_runs
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
 from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, Windows
 

@@ -16,6 +16,7 @@ from rich.text import Text
 from textual import constants, work
 from textual.app import App
 from textual.binding import Binding, BindingType
+from textual.events import Event, InputEvent
 from textual.screen import Screen
 
 from imucal_wizard.core.errors import DataError, ImucalError, PlaceError
@@ -94,6 +95,11 @@ class BaseApp(App[Saved]):
         from imucal_wizard.tui.driver import TerminalDriver
 
         return TerminalDriver
+
+    async def on_event(self, event: Event) -> None:
+        """Drop a key that arrives once the screens are gone: the app is ending."""
+        if self.screen_stack or not isinstance(event, InputEvent):
+            await super().on_event(event)
 
     def action_suspend_process(self) -> None:
         """Stop the whole job, as Ctrl-Z does where the terminal handles it."""

@@ -8,7 +8,7 @@ import pytest
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.estimate.gauss_newton import ARRIVED
+from imucal_wizard.estimate.fit import ARRIVED
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from tests.calibrate.collecting import UNITS, collected, offline, recording, with_field

@@ -15,8 +15,7 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks
-from imucal_wizard.measurement.holds import hold_at_rest
-from imucal_wizard.measurement.rests import HoldBuilder
+from imucal_wizard.measurement.holds import HoldBuilder, hold_at_rest
 from imucal_wizard.measurement.segmentation import holds_under, reduce_recording
 from imucal_wizard.measurement.stillness import WindowMaker
 from imucal_wizard.simulate.recording import simulate_recording

@@ -14,7 +14,7 @@ from imucal_wizard.diagnose.referee import log_evidence
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.gauss_newton import Minimum
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text

@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.gauss_newton import Minimum, minimum
+from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.model.rows.gravity_closure import ClosureRows

@@ -8,7 +8,7 @@ from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.fit import fit as fit_rows
-from imucal_wizard.estimate.gauss_newton import minimum
+from imucal_wizard.estimate.fit import minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import determined_entries
 from imucal_wizard.estimate.gyroscope_start import aided_start, misfit, start_matrix
@@ -255,8 +255,8 @@ def test_free_turns_serve_as_well_as_turns_about_axes() -> None:
 
 def test_a_gyroscope_that_does_not_fit_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no minimum is found, the user is told where to look."""
-    monkeypatch.setattr("imucal_wizard.estimate.gauss_newton.MAX_ITERATIONS", 1)
-    monkeypatch.setattr("imucal_wizard.estimate.gauss_newton.VALLEY", 1e-6)
+    monkeypatch.setattr("imucal_wizard.estimate.fit.MAX_ITERATIONS", 1)
+    monkeypatch.setattr("imucal_wizard.estimate.fit.VALLEY", 1e-6)
     data = experiment(hand_turns(3, np.random.default_rng(3)), typical_gyroscope())
     with pytest.raises(DataError, match="sampling rate"):
         data.fit()

@@ -9,8 +9,16 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks, block_moments, join_blocks
-from imucal_wizard.measurement.holds import Hold, hold_at_rest, hold_from, trim_ends
-from imucal_wizard.measurement.rests import HoldBuilder, Rests, blocks_of_rests, still_runs
+from imucal_wizard.measurement.holds import (
+    Hold,
+    HoldBuilder,
+    Rests,
+    blocks_of_rests,
+    hold_at_rest,
+    hold_from,
+    still_runs,
+    trim_ends,
+)
 from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, measure_noise
 
 RATE = 100.0

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from textual.events import Key
 from textual.screen import Screen
 from textual.widgets import Input
 
@@ -48,6 +49,14 @@ def at_work(screen: Screen[Any]) -> bool:
 def idle(screen: Screen[Any]) -> bool:
     """Nothing is."""
     return not at_work(screen)
+
+
+async def test_a_key_that_arrives_while_the_app_ends_is_no_fault() -> None:
+    app = WizardApp(fakes.services(fakes.FakeSource()), None, None)
+    async with app.run_test(size=USUAL):
+        pass
+    await app.on_event(Key("enter", "\r"))
+    assert not app.screen_stack
 
 
 async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() -> None:

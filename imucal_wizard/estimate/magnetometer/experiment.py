@@ -36,7 +36,7 @@ from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
-    from imucal_wizard.estimate.gauss_newton import Minimum
+    from imucal_wizard.estimate.fit import Minimum
     from imucal_wizard.estimate.result import GravityReference, SensorFit
 
 BIASES = tuple(f"bias_{axis}" for axis in AXES)

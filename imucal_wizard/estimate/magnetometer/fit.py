@@ -17,9 +17,8 @@ from imucal_wizard.estimate.ellipsoid.surface import (
     radius_of,
     symmetric_matrix,
 )
-from imucal_wizard.estimate.fit import fit, report
+from imucal_wizard.estimate.fit import Minimum, fit, minimum, report
 from imucal_wizard.estimate.gauge import symmetric
-from imucal_wizard.estimate.gauss_newton import Minimum, minimum
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment, StillPoses
 from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,

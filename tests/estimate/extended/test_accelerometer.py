@@ -8,8 +8,7 @@ import pytest
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, accelerometer_experiment
-from imucal_wizard.estimate.fit import fit
-from imucal_wizard.estimate.gauss_newton import minimum
+from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import Effect
