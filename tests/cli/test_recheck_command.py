@@ -271,6 +271,12 @@ def test_an_old_calibration_says_that_its_age_hides_changes(run: Run) -> None:
     assert run("--limit", "accelerometer=6mg", "--date", "2099-01-01")[1]["verdict"] != "no-go"
 
 
+def test_a_check_before_the_calibration_is_said_to_be_one(run: Run) -> None:
+    says = "the calibration is later than this check"
+    assert says in run("--date", "2020-01-01")[1]["says"]
+    assert says not in run("--date", f"{datetime.now(UTC):%Y-%m-%d}")[1]["says"]
+
+
 def test_readings_in_another_unit_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
