@@ -273,6 +273,9 @@ def wrong_measurements(
             return "a rotation has not one edge more than intervals"
         if not all(later > edge for edge, later in pairwise(one.edges)):
             return "the times of a rotation do not increase"
+        beside = one.accelerometer
+        if beside is not None and [len(row) for row in beside] != [3] * len(one.gyroscope):
+            return "a rotation does not have the accelerometer's reading in each interval"
         if any(one is not None and len(one) != 3 for one in (one.turned_before, one.turned_after)):
             return "a turn inside a hold does not have three numbers"
     turned = [row for one in rotations for row in one.gyroscope]

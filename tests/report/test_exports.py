@@ -500,6 +500,24 @@ def test_a_file_that_corrects_worse_than_none_fails_the_check(
     assert "worse than no calibration" in capsys.readouterr().out
 
 
+def test_notes_are_about_the_sensors_that_the_calibration_has(tmp_path: Path) -> None:
+    """Kalibr refuses a file with the noise of one sensor; a magnetometer shows no gravity."""
+    made = calibration()
+    alone = msgspec.structs.replace(
+        made, sensors={"accelerometer": made["accelerometer"]}, rotation_increments=[]
+    )
+    for one, unknown in ((alone, True), (made, False)):
+        notes = " ".join(write_export(one, "kalibr", tmp_path / "imu.yaml").notes)
+        assert ("the gyroscope is not known" in notes) is unknown
+        notes = " ".join(write_export(one, "px4", tmp_path / "my.params").notes)
+        assert "length of vehicle_acceleration" in notes
+    field = {"sensors": {"magnetometer": made["magnetometer"]}, "hold_means": []}
+    alone = msgspec.structs.replace(made, **field, rotation_increments=[])
+    notes = " ".join(write_export(alone, "px4", tmp_path / "field.params").notes)
+    assert "CAL_ACC0_ID" in notes
+    assert "vehicle_acceleration" not in notes
+
+
 def test_the_targets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["export", "--list", "--json", "-"]) == 0
     listed = json.loads(capsys.readouterr().out)["targets"]
@@ -552,6 +570,10 @@ def test_a_calibration_of_an_older_version_is_exported_whole_and_without_a_proof
         (
             lambda one: one["hold_means"][2]["gyroscope_covariance"].__setitem__(1, []),
             "does not have a valid covariance of three axes",
+        ),
+        (
+            lambda one: one["rotation_increments"][0].update(accelerometer=[[0.0, 0.0]]),
+            "does not have the accelerometer's reading",
         ),
         (lambda one: one["hold_means"][2].update(previous=[]), "have three numbers"),
         (
