@@ -514,7 +514,7 @@ def _wrong(name: str, sensor: Sensor) -> str:
     joint, count = sensor.parameter_covariance, len(sensor.parameters)
     if joint is not None and not is_covariance(joint, count):
         return f"covariance of the parameters is not a valid one of {count} numbers"
-    entries = 9 if sensor.frame == "own" else 12  # three biases and a triangular or full matrix
+    entries = 9 if name == "accelerometer" else 12  # the accelerometer's matrix is triangular
     if sensor.covariance is not None and not is_covariance(sensor.covariance, entries):
         return f"covariance of bias and matrix is not a valid one of {entries} numbers"
     return ""
