@@ -33,6 +33,9 @@ from imucal_wizard.report.measured import (
 from imucal_wizard.report.proof import contradiction
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
+COVARIANCE_ENTRIES = {"accelerometer": 9, "gyroscope": 12}
+"""Numbers in bias and matrix that ``Sensor.covariance`` is of: an accelerometer's matrix has no
+entries below its diagonal."""
 
 
 class Value(msgspec.Struct, frozen=True):
@@ -514,7 +517,8 @@ def _wrong(name: str, sensor: Sensor) -> str:
     joint, count = sensor.parameter_covariance, len(sensor.parameters)
     if joint is not None and not is_covariance(joint, count):
         return f"covariance of the parameters is not a valid one of {count} numbers"
-    entries = 9 if name == "accelerometer" else 12  # the accelerometer's matrix is triangular
-    if sensor.covariance is not None and not is_covariance(sensor.covariance, entries):
-        return f"covariance of bias and matrix is not a valid one of {entries} numbers"
+    if sensor.covariance is not None:
+        entries = COVARIANCE_ENTRIES.get(name, len(sensor.covariance))
+        if not is_covariance(sensor.covariance, entries):
+            return f"covariance of bias and matrix is not a valid one of {entries} numbers"
     return ""

@@ -94,14 +94,14 @@ def checked_text(found: Recheck, calibration: Calibration) -> str:
 
 
 def change_text(moved: MovedParameter) -> str:
-    """A change with its standard error: ``+0.06 ± 0.02 °/s (3.0 standard errors)``."""
+    """A change with its standard error and in units of it: ``+0.06 ± 0.02 °/s (3.0 σ)``."""
     factor, sign = readable(moved.unit)
     error = None if moved.standard_error is None else factor * moved.standard_error
     text = plus_minus(factor * moved.by, error)
     text = with_unit(text if text.startswith("−") else f"+{text}", sign)
     if not moved.standard_error:
         return text
-    return f"{text} ({number(abs(moved.by) / moved.standard_error, 2)} standard errors)"
+    return f"{text} ({number(abs(moved.by) / moved.standard_error, 2)} σ)"
 
 
 def seen_text(one: SensorRecheck) -> list[str]:

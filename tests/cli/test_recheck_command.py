@@ -479,7 +479,7 @@ def test_the_text_says_what_has_moved_since_when(
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("NO-GO")
     (moved,) = (line for line in lines if "bias_x" in line and "mg (" in line)
-    found = re.search(r"([\d.]+) ± ([\d.]+) mg \((\d+) standard errors\) since 20", moved)
+    found = re.search(r"([\d.]+) ± ([\d.]+) mg \((\d+) σ\) since 20", moved)
     assert found
     by, error, errors = map(float, found.groups())
     assert errors == pytest.approx(by / error, rel=0.05)
