@@ -77,10 +77,11 @@ def _statements(name: str, sensor: Sensor) -> list[str]:
     """The error of the input, effect by effect."""
     lines = []
     for one in sensor.effects:
-        lines.append(f"    /* {one.term}: {one.equation} */")
+        known = effect(one.term)
+        lines.append(f"    /* {one.term}: {known.equation} */")
         lines += [
             f"    e{axis} += {c_number(one.sizes[place])} * {text};"
-            for axis, place, text in effect(one.term).c_columns(name, one.variant)
+            for axis, place, text in known.c_columns(name, one.variant)
         ]
     return lines
 
@@ -182,7 +183,7 @@ _USE = (
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     del settings
-    lines = [f"/* imucal-wizard {calibration.program}, {calibration.created}", ""]
+    lines = [f"/* {calibration.made_by}", ""]
     lines += ["   x = M (y - b) - e(x): m/s^2, rad/s, uT.", *_USE, _HEAD]
     for name, sensor in calibration.sensors.items():
         lines += ["", *constants(name, sensor), *_function(name, sensor)]
