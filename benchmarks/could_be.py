@@ -5,9 +5,9 @@ of the catalogue, drawn by chance, of a size drawn from that of consumer parts. 
 without noise is taken in new directions at the session's times and temperatures: of an
 accelerometer that of the magnitude in holds, of a gyroscope the angle by which rotations about any
 axis, with the rates of the session, do not close, of a magnetometer that of the field's magnitude,
-at currents of the session. The simulators are those of ``benchmarks.hidden_effects``,
-``benchmarks.gyroscope_bound`` and ``benchmarks.hidden_magnetometer``, which share no formula with
-the fit.
+at currents of the session. The bias of a session is its mean in it. The simulators are those of
+``benchmarks.hidden_effects``, ``benchmarks.gyroscope_bound`` and
+``benchmarks.hidden_magnetometer``, which share no formula with the fit.
 """
 
 import sys
@@ -96,7 +96,7 @@ def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
     hidden = drawn(ACCELEROMETER, rng)
     recorded = record(PLANS[design], COLOURS[colour], hidden, rng)
     bench = Bench(ACCELEROMETER, measured_of(recorded))
-    readings = recorded.true_readings(elsewhere(recorded, rng))
+    readings = recorded.true_readings(elsewhere(recorded, rng)) + recorded.drift
     corrected = (readings - bench.fit.bias) @ bench.fit.matrix.T
     errors = np.linalg.norm(corrected, axis=1) - STANDARD_GRAVITY
     held_out = bench.fit.rms_held_out or np.nan

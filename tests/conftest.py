@@ -26,7 +26,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Give the tests, and the programs that they run, a folder of their own for the user's data."""
     if not hasattr(config, "workerinput"):
         folder = tempfile.TemporaryDirectory()
-        os.environ["XDG_DATA_HOME"] = folder.name
+        os.environ["XDG_DATA_HOME"] = os.environ["XDG_STATE_HOME"] = folder.name
         config.add_cleanup(folder.cleanup)
 
 

@@ -53,20 +53,27 @@ WANDERING = Colour("walk", walk=0.3)
 COLOURS = {colour.name: colour for colour in (CONSUMER, WHITE, FLICKER, WANDERING)}
 
 
-def batch_noise(colour: Colour, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
-    """Noise of the batch averages of every hold, mg, shape (n, BATCHES, 3)."""
+def batch_noise(
+    colour: Colour, schedule: Schedule, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Noise of the batch averages of every hold, mg, shape (n, BATCHES, 3).
+
+    And the mean over all of them of how the bias wanders, mg, shape (3,).
+    """
     n = len(schedule.start)
     length = (schedule.end - schedule.start) / BATCHES
     white = colour.density / np.sqrt(2.0 * length)
     noise = white[:, None, None] * rng.standard_normal((n, BATCHES, 3))
+    wander = np.zeros_like(noise)
     variance = colour.floor**2 * np.log(CORRELATION_TIME_RATIO) / (2.0 * np.log(2.0))
     for tau in CORRELATION_TIMES if colour.floor else ():
-        noise += np.sqrt(variance) * _gauss_markov(schedule, length, float(tau), rng)
+        wander += np.sqrt(variance) * _gauss_markov(schedule, length, float(tau), rng)
     if colour.walk:
         size = colour.walk * np.sqrt(0.5 * NEVER_FORGETS / 60.0)
-        noise += size * _gauss_markov(schedule, length, NEVER_FORGETS, rng)
+        wander += size * _gauss_markov(schedule, length, NEVER_FORGETS, rng)
     noise += colour.scatter * rng.standard_normal((n, 1, 3))
-    return noise + _tremor(schedule, length, rng)
+    noise += wander + _tremor(schedule, length, rng)
+    return noise, wander.mean(axis=(0, 1))
 
 
 def _gauss_markov(

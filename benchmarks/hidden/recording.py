@@ -31,6 +31,8 @@ class Recorded:
         schedule: what truly happened.
         foreign: true error of the input that no effect makes, m/s², shape (n, 3).
         noise: true error of each hold's mean by noise, m/s², shape (n, 3).
+        drift: mean of what the bias wanders over the session, a part of the bias in it, reading,
+            shape (3,).
         true_readings: without noise, of new holds: of a schedule, m/s², shape (n, 3).
     """
 
@@ -39,6 +41,7 @@ class Recorded:
     schedule: Schedule
     foreign: FloatArray
     noise: FloatArray
+    drift: FloatArray
     true_readings: Callable[[Schedule], FloatArray]
 
 
@@ -85,7 +88,7 @@ def record(
     """
     schedule = drawn_schedule(plan, rng)
     sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
-    noise = batch_noise(colour, schedule, rng) * MILLI_G
+    noise, drift = (MILLI_G * part for part in batch_noise(colour, schedule, rng))
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))
     settling = float(np.exp(rng.uniform(*np.log(SETTLING))))
     moment = (schedule.start[0] + step) / 60.0
@@ -113,7 +116,8 @@ def record(
         return np.asarray(felt_in(these) @ sensor.sensitivity.T + sensor.bias)
 
     holds = _holds(schedule, rounded, device)
-    return Recorded(holds, measured, schedule, foreign, noise.mean(axis=1), true_readings)
+    of_noise, drift = noise.mean(axis=1), drift @ sensor.sensitivity.T
+    return Recorded(holds, measured, schedule, foreign, of_noise, drift, true_readings)
 
 
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:

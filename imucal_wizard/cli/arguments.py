@@ -472,6 +472,8 @@ def _number(text: str) -> float:
 def file_to_write(text: str) -> Path:
     """The type of an option for a file that can be written; its folder must exist."""
     path = Path(text)
+    if text == STANDARD_OUT:
+        raise argparse.ArgumentTypeError("this goes to a file: give its name")
     try:
         refuse_special(path)
         if not path.parent.is_dir():

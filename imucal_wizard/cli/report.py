@@ -61,8 +61,6 @@ def run(argv: Sequence[str]) -> int:
     from imucal_wizard.report.noise_report import read_noise
 
     calibration = read_calibration(arguments.file)
-    if not calibration.sensors:
-        raise UsageError(f"{arguments.file} holds no sensor: there is nothing to report")
     noise = None if arguments.noise is None else read_noise(arguments.noise)
     if begins_otherwise(place, REPORT_MARK):
         raise UsageError(f"{place} exists and is not a calibration report: give another name")

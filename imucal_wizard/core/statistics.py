@@ -1,5 +1,6 @@
 """The size of errors: root mean square, and estimates that a minority of outliers does not move."""
 
+from collections.abc import Sequence
 from functools import reduce
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,8 @@ SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation of normal noise over the median of its absolute values."""
 MEDIAN_CHI_SQUARE = 0.4549
 """Median of the square of a normal number of variance 1."""
+CORRELATION_ROUNDING = 1e-6
+"""By how much rounding may change a correlation that derivatives by differences have gone into."""
 
 
 def robust_deviation(errors: ArrayLike) -> float:
@@ -76,6 +79,29 @@ def lengths(vectors: "FloatArray") -> "FloatArray":
     """Length of each vector, (n, 3): the bits of ``np.linalg.norm``, five times faster."""
     x, y, z = vectors.T
     return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def is_covariance(values: Sequence[Sequence[float]], count: int) -> bool:
+    """Whether a matrix can be the covariance of so many numbers.
+
+    Args:
+        values: finite numbers, row by row.
+        count: of the numbers; one that is not known has zeros.
+    """
+    if [len(row) for row in values] != [count] * count:
+        return False
+    matrix = np.array(values, np.float64).reshape(count, count)
+    variances = np.diag(matrix)
+    if (variances < 0.0).any():
+        return False
+    sizes = np.sqrt(np.where(variances > 0.0, variances, 1.0))
+    with np.errstate(over="ignore"):  # the next line refuses what is infinite
+        correlations = matrix / sizes / sizes[:, None]
+    if (np.abs(correlations) > 1.0 + CORRELATION_ROUNDING).any():
+        return False
+    if (np.abs(correlations - correlations.T) > CORRELATION_ROUNDING).any():
+        return False
+    return bool((np.linalg.eigvalsh(correlations) >= -CORRELATION_ROUNDING).all())
 
 
 def root_mean_square(errors: "FloatArray") -> float:

@@ -15,10 +15,10 @@ import numpy as np
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.core.units import SI_UNIT, STANDARD_GRAVITY
 from imucal_wizard.model.effects.bias_temperature import BiasTemperature
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor
-from imucal_wizard.report.proof import SI_UNITS, Correction, Samples
+from imucal_wizard.report.proof import Correction, Samples
 
 USUAL_COUNTS_PER_G = 2048.0
 """Of most accelerometers of flight controllers."""
@@ -79,7 +79,7 @@ def warming(name: str, sensor: Sensor) -> tuple[FloatArray, float] | None:
 
 def one_g(sensor: Sensor) -> float:
     """What 1 g reads nominally: in counts the nearest power of two, as the ranges of chips are."""
-    if sensor.bias_unit == SI_UNITS["accelerometer"]:
+    if sensor.bias_unit == SI_UNIT["accelerometer"]:
         return STANDARD_GRAVITY
     reads = STANDARD_GRAVITY / abs(np.linalg.det(sensor.matrix)) ** (1.0 / 3.0)
     return float(2.0 ** round(float(np.log2(reads))))
@@ -87,7 +87,7 @@ def one_g(sensor: Sensor) -> float:
 
 def head(calibration: Calibration) -> str:
     """The comment with which a parameter file begins."""
-    return f"# imucal-wizard {calibration.program}, {calibration.created}"
+    return f"# {calibration.made_by}"
 
 
 @dataclass(frozen=True)

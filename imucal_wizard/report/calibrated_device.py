@@ -227,7 +227,10 @@ class CalibratedDevice:
         if created is None:
             self.warnings.append("the calibration has no date: its age counts as a year")
             return 1.0
-        return max((self.settings.now.timestamp() - created) / SECONDS_PER_YEAR, 0.0)
+        years = (self.settings.now.timestamp() - created) / SECONDS_PER_YEAR
+        if years < -1.0 / 365.0:  # the time of day may be missing
+            self.warnings.append("the calibration is later than this check: its age counts as zero")
+        return max(years, 0.0)
 
     def _known(self, kind: type[CalibratedSensor], sensor: Sensor) -> CalibratedSensor:
         calibration, name = self.calibration, kind.sensor

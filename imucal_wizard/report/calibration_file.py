@@ -5,6 +5,7 @@ else is needed. The same ``Sensor`` record is the sensor's part of the JSON of `
 result of ``calibrate`` in Python, so that all of them give the same figures.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,8 @@ from imucal_wizard.core.input import read_schema
 from imucal_wizard.core.output import encode_json, write_atomically
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import is_covariance
+from imucal_wizard.core.units import COUNT, SI_UNIT
 from imucal_wizard.estimate.result import worse_than_none
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
@@ -31,6 +34,9 @@ from imucal_wizard.report.measured import (
 from imucal_wizard.report.proof import contradiction
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
+COVARIANCE_ENTRIES = {"accelerometer": 9, "gyroscope": 12}
+"""Numbers in bias and matrix that ``Sensor.covariance`` is of: an accelerometer's matrix has no
+entries below its diagonal."""
 
 
 class Value(msgspec.Struct, frozen=True):
@@ -342,6 +348,11 @@ class Calibration(msgspec.Struct, frozen=True):
         return self.measured or self.created
 
     @property
+    def made_by(self) -> str:
+        """Program and date, as a comment in any language: no sign in it can end a comment."""
+        return re.sub(r"[^\w .,:+-]", " ", f"imucal-wizard {self.program}, {self.created}")
+
+    @property
     def serial(self) -> str:
         """Serial number of the device, or ""."""
         return "" if self.device is None else self.device.serial or ""
@@ -477,6 +488,8 @@ def read_calibration(path: Path) -> Calibration:
         wrong = _wrong(name, sensor)
         if wrong:
             raise RecordingError(f"{path} is damaged or was edited by hand: the {name}'s {wrong}")
+    if not found.sensors:
+        raise RecordingError(f"{path} holds no sensor; take another calibration")
     wrong = wrong_measurements(
         found.hold_means, found.rotation_increments, found.field_means, found.table_means
     ) or contradiction(found)
@@ -490,6 +503,8 @@ def read_calibration(path: Path) -> Calibration:
 def _wrong(name: str, sensor: Sensor) -> str:
     """What of a sensor of this name cannot be applied, or "" if all can."""
     matrix, bias = sensor.matrix, sensor.bias
+    if sensor.bias_unit not in (SI_UNIT.get(name), COUNT):
+        return f"readings cannot be in {sensor.bias_unit!r}"
     if len(matrix) != 3 or any(len(row) != 3 for row in matrix):
         return "matrix is not three rows of three numbers"
     if len(bias) != 3:
@@ -506,6 +521,10 @@ def _wrong(name: str, sensor: Sensor) -> str:
     if sensor.degrees_of_freedom is not None and sensor.degrees_of_freedom < 1:
         return f"degrees of freedom are {sensor.degrees_of_freedom}"
     joint, count = sensor.parameter_covariance, len(sensor.parameters)
-    if joint is not None and [len(row) for row in joint] != [count] * count:
-        return f"covariance of the parameters is not {count} rows of {count} numbers"
+    if joint is not None and not is_covariance(joint, count):
+        return f"covariance of the parameters is not a valid one of {count} numbers"
+    if sensor.covariance is not None:
+        entries = COVARIANCE_ENTRIES.get(name, len(sensor.covariance))
+        if not is_covariance(sensor.covariance, entries):
+            return f"covariance of bias and matrix is not a valid one of {entries} numbers"
     return ""

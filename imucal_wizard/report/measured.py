@@ -20,6 +20,7 @@ from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_la
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation
 
@@ -252,10 +253,19 @@ def wrong_measurements(
 ) -> str:
     """What of the measurements cannot be used, or "" if all can."""
     for hold in holds:
-        if {len(one) for one in (hold.accelerometer, hold.gyroscope) if one is not None} != {3}:
-            return f"the hold at {hold.start:g} s does not have three numbers of each sensor"
+        which = f"the hold at {hold.start:g} s"
+        spreads = hold.accelerometer_covariance, hold.gyroscope_covariance
+        scatters = hold.accelerometer_scatter, hold.gyroscope_scatter
+        means = hold.accelerometer, hold.gyroscope, hold.magnetometer
+        vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
+        if any(one is not None and len(one) != 3 for one in vectors):
+            return f"{which} does not have three numbers of each sensor"
+        if any(one is not None and not is_covariance(one, 3) for one in spreads):
+            return f"{which} does not have a valid covariance of three axes"
+        if any(value < 0.0 for one in scatters for value in one or ()):
+            return f"{which} has a negative variance"
         if not hold.end > hold.start:
-            return f"the hold at {hold.start:g} s ends before it begins"
+            return f"{which} ends before it begins"
     for one in rotations:
         if not all(0 <= place < len(holds) for place in (one.before, one.after)):
             return "a rotation names a missing hold"
@@ -263,6 +273,9 @@ def wrong_measurements(
             return "a rotation has not one edge more than intervals"
         if not all(later > edge for edge, later in pairwise(one.edges)):
             return "the times of a rotation do not increase"
+        beside = one.accelerometer
+        if beside is not None and [len(row) for row in beside] != [3] * len(one.gyroscope):
+            return "a rotation does not have the accelerometer's reading in each interval"
         if any(one is not None and len(one) != 3 for one in (one.turned_before, one.turned_after)):
             return "a turn inside a hold does not have three numbers"
     turned = [row for one in rotations for row in one.gyroscope]

@@ -21,8 +21,9 @@ from imucal_wizard.core.quantities import number, or_nan, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.estimate.gauge import symmetric
-from imucal_wizard.estimate.parameters import base_parameters
+from imucal_wizard.estimate.parameters import base_parameters, unit_of
 from imucal_wizard.estimate.result import beyond_limit
 from imucal_wizard.estimate.rotation_set import carried_inside
 from imucal_wizard.model.effect import Circumstances
@@ -41,8 +42,8 @@ a rotation is kept as increments."""
 SAME_ANGLE = 1e-4
 """What these increments may change in the error of a gyroscope besides, rad: 0.003° where the
 effects of force are large."""
-SI_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"}
-"""Of the readings of a sensor that does not send counts."""
+BASE_PARAMETERS = ("bias_", "sensitivity_", "theta_", "cross_")
+"""How the names of the parameters begin that matrix and bias of an inertial sensor give."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,7 @@ def nominal(calibration: "Calibration") -> dict[str, Correction]:
     return {
         name: lambda samples: samples.reading
         for name, sensor in calibration.sensors.items()
-        if sensor.bias_unit == SI_UNITS[name]
+        if sensor.bias_unit == SI_UNIT[name]
     }
 
 
@@ -276,7 +277,8 @@ def contradiction(calibration: "Calibration") -> str:
             ladder = calibration.ladders.get(name, []) if settled else []
             for text in _contradictions(name, sensor, ladder):
                 return f"the {name}'s {text}"
-        return _unproven(calibration)
+        with np.errstate(over="ignore", invalid="ignore"):  # of numbers that it refuses
+            return _unproven(calibration)
     except (DataError, np.linalg.LinAlgError) as error:
         return f"its numbers are none of a calibration ({error})"
 
@@ -286,7 +288,13 @@ def _contradictions(name: str, sensor: "Sensor", ladder: "Sequence[SavedRung]") 
     parameters = sensor.parameters
     for parameter, value in _by_matrices(sensor).items():
         listed = parameters.get(parameter)
-        if listed is not None and not _same(listed.value, value, at_least=1e-3):
+        if listed is None:
+            continue
+        unit = unit_of(parameter, sensor.bias_unit, SI_UNIT[name])
+        # effects and the magnetometer's soft iron have units of their own
+        if name in ERROR_UNITS and parameter.startswith(BASE_PARAMETERS) and listed.unit != unit:
+            yield f"{parameter} is in {listed.unit!r} in the list, and in {unit} by its matrix"
+        if not _same(listed.value, value, at_least=1e-3):
             yield (
                 f"{parameter} is {number(listed.value, 6)} in the list and {number(value, 6)} by "
                 "its matrix, bias and effects"
@@ -321,6 +329,8 @@ def _wrong_grade(name: str, sensor: "Sensor") -> Iterator[str]:
     if sensor.usable is worse:
         words = "usable" if sensor.usable else "not usable"
         yield f"errors contradict that it is {words}"
+    if sensor.grade not in (None, "good", "doubtful", "not-usable"):
+        yield f"grade is {sensor.grade!r}, which is no grade"
     if sensor.grade is None or sensor.limit is None:
         return
     beyond = beyond_limit(sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit)
@@ -373,7 +383,7 @@ def _unproven(calibration: "Calibration") -> str:
         if name not in errors or calibration[name].unit != ERROR_UNITS[name]:
             continue
         error, unit, stated = errors[name], calibration[name].unit, calibration[name].rms_fitted
-        if abs(error - stated) > SAME_ERROR * stated + slack:
+        if not abs(error - stated) <= SAME_ERROR * stated + slack:  # nor infinite
             return (
                 f"the {name}'s error on the measurements in the file is {quantity(error, unit)} "
                 f"instead of {quantity(stated, unit)}"

@@ -7,6 +7,7 @@ from typing import Any
 
 from imucal_wizard.core.dates import iso_date
 from imucal_wizard.core.description import Description
+from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.quantities import (
     finite_or_none,
@@ -93,11 +94,14 @@ def checked_text(found: Recheck, calibration: Calibration) -> str:
 
 
 def change_text(moved: MovedParameter) -> str:
-    """A change with its standard error: ``+0.06 ± 0.02 °/s``."""
+    """A change with its standard error and in units of it: ``+0.06 ± 0.02 °/s (3.0 σ)``."""
     factor, sign = readable(moved.unit)
     error = None if moved.standard_error is None else factor * moved.standard_error
     text = plus_minus(factor * moved.by, error)
-    return with_unit(text if text.startswith("−") else f"+{text}", sign)
+    text = with_unit(text if text.startswith("−") else f"+{text}", sign)
+    if not moved.standard_error:
+        return text
+    return f"{text} ({number(abs(moved.by) / moved.standard_error, 2)} σ)"
 
 
 def seen_text(one: SensorRecheck) -> list[str]:
@@ -133,10 +137,7 @@ def kept_recheck(
         checked: the device that was checked, as far as it is known.
 
     Returns:
-        The text for the user, in lines.
-
-    Raises:
-        UsageError: the folder cannot be written.
+        The text for the user, in lines; a folder that cannot be written takes no verdict away.
     """
     device, named = known.calibration.device, known.calibration.device_name
     if device is None or not named:
@@ -149,5 +150,8 @@ def kept_recheck(
     from imucal_wizard.sessions.catalogue import Catalogue
 
     with Catalogue(folder) as catalogue:
-        kept = catalogue.add_recheck({"name": device.name, "serial": device.serial}, document)
+        try:
+            kept = catalogue.add_recheck({"name": device.name, "serial": device.serial}, document)
+        except UsageError as error:
+            return [f"not kept in the history of {named}: {error}"]
         return [*catalogue.notes, f"kept in the history of {named}: {kept}"]

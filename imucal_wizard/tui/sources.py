@@ -225,7 +225,9 @@ class SourceOpener:
         from imucal_wizard.run.reader import Reader
 
         options = self._options
-        about: dict[str, Any] = {"kind": "virtual", "magnetometer": options.magnetometer}
+        checked = () if self.known is None else self.known.calibration.sensors
+        field = options.magnetometer or "magnetometer" in checked
+        about: dict[str, Any] = {"kind": "virtual", "magnetometer": field}
         if options.mystery is None:
             about |= {"seed": options.seed, "hidden": list(options.hidden)}
         else:

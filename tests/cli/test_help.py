@@ -99,6 +99,14 @@ def test_the_missing_folder_and_what_to_do_are_named(
     assert f"there is no folder {tmp_path / 'no'}; make it first" in capsys.readouterr().err
 
 
+def test_a_file_that_is_written_has_a_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert cli.main(["export", "my.json", "--to", "px4", "-o", "-"]) == 2
+    assert "this goes to a file: give its name" in capsys.readouterr().err
+
+
 def test_a_folder_given_as_a_file_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

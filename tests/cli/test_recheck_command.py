@@ -1,6 +1,7 @@
 """``imucal-wizard recheck`` on recordings of a device that has changed, or not."""
 
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -270,6 +271,12 @@ def test_an_old_calibration_says_that_its_age_hides_changes(run: Run) -> None:
     assert run("--limit", "accelerometer=6mg", "--date", "2099-01-01")[1]["verdict"] != "no-go"
 
 
+def test_a_check_before_the_calibration_is_said_to_be_one(run: Run) -> None:
+    says = "the calibration is later than this check"
+    assert says in run("--date", "2020-01-01")[1]["says"]
+    assert says not in run("--date", f"{datetime.now(UTC):%Y-%m-%d}")[1]["says"]
+
+
 def test_readings_in_another_unit_are_refused(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -406,6 +413,19 @@ def test_the_verdict_is_kept_in_the_history_of_the_device(
     assert past.document["schema"] == "imucal-wizard/recheck/1"
 
 
+def test_a_verdict_is_given_where_the_history_cannot_be_written(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = named(folder, tmp_path / "named.json", {"name": "IMU 7"})
+    (tmp_path / "blocked").write_text("in the way")
+    words = [str(place), str(folder / "today.csv"), "--sessions", str(tmp_path / "blocked" / "in")]
+    assert cli.main(["recheck", *words]) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("GO")
+    assert "not kept in the history of IMU 7: " in said.err
+    assert "cannot be written" in said.err
+
+
 def test_a_session_is_judged_by_the_holds_that_the_wizard_kept(
     run: Run, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -458,5 +478,9 @@ def test_the_text_says_what_has_moved_since_when(
     assert cli.main(["recheck", str(folder / "cal.json"), str(file)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("NO-GO")
-    assert any("bias_x" in line and "mg since 20" in line for line in lines)
+    (moved,) = (line for line in lines if "bias_x" in line and "mg (" in line)
+    found = re.search(r"([\d.]+) ± ([\d.]+) mg \((\d+) σ\) since 20", moved)
+    assert found
+    by, error, errors = map(float, found.groups())
+    assert errors == pytest.approx(by / error, rel=0.05)
     assert max(map(len, lines)) <= 80

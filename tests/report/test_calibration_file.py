@@ -104,6 +104,10 @@ def test_a_place_that_cannot_be_written_says_what_to_do(tmp_path: Path) -> None:
     [
         (lambda one: one["parameters"]["bias_x"].update(value=0.3001), "bias_x is 0.300100 in the"),
         (lambda one: one["bias"].__setitem__(0, 0.3001), "0.300100 by its matrix"),
+        (
+            lambda one: one["parameters"]["bias_x"].update(unit="mg"),
+            "bias_x is in 'mg' in the list",
+        ),
         (lambda one: one["parameters"]["bias_x"].update(standard_error=2e-4), "standard error"),
         (lambda one: one.update(rms_held_out=5e-5), "below its own 90 % interval"),
         (lambda one: one.update(rms_held_out=2e-4), "rms_held_out is .* among the models compared"),

@@ -277,7 +277,7 @@ def test_other_files_are_refused_in_one_line(
     ("key", "value", "says"),
     [
         ("degrees_of_freedom", -3, "degrees of freedom are -3"),
-        ("parameter_covariance", [[1.0, 2.0], [3.0]], "not 3 rows of 3 numbers"),
+        ("parameter_covariance", [[1.0, 2.0], [3.0]], "not a valid one of 3 numbers"),
         ("matrix", [[1.0, 0.0, 0.0]] * 3, "matrix is singular"),
     ],
 )

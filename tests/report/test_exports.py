@@ -10,6 +10,7 @@ import pytest
 
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect
 from imucal_wizard.report.exports import ExportSettings, adafruit, targets, write_export
@@ -500,6 +501,42 @@ def test_a_file_that_corrects_worse_than_none_fails_the_check(
     assert "worse than no calibration" in capsys.readouterr().out
 
 
+def test_notes_are_about_the_sensors_that_the_calibration_has(tmp_path: Path) -> None:
+    """Kalibr refuses a file with the noise of one sensor; a magnetometer shows no gravity."""
+    made = calibration()
+    alone = msgspec.structs.replace(
+        made, sensors={"accelerometer": made["accelerometer"]}, rotation_increments=[]
+    )
+    for one, unknown in ((alone, True), (made, False)):
+        notes = " ".join(write_export(one, "kalibr", tmp_path / "imu.yaml").notes)
+        assert ("the gyroscope is not known" in notes) is unknown
+        notes = " ".join(write_export(one, "px4", tmp_path / "my.params").notes)
+        assert "length of vehicle_acceleration" in notes
+    field = {"sensors": {"magnetometer": made["magnetometer"]}, "hold_means": []}
+    alone = msgspec.structs.replace(made, **field, rotation_increments=[])
+    notes = " ".join(write_export(alone, "px4", tmp_path / "field.params").notes)
+    assert "CAL_ACC0_ID" in notes
+    assert "vehicle_acceleration" not in notes
+
+
+@pytest.mark.parametrize("name", sorted(targets().keys() - {"json", "numpy"}))
+def test_words_of_a_calibration_add_no_line_to_the_file_of_another_program(
+    name: str, tmp_path: Path
+) -> None:
+    """A calibration comes from anybody, and a controller obeys each line."""
+    loose = json.loads(encode_json(calibration()))
+    loose |= {"program": "1 */\nset evil = 1\\", "created": "2026-01-02 */\r\nset evil = 2"}
+    for sensor in loose["sensors"].values():
+        for one in sensor["effects"]:
+            one |= {"equation": "*/ set evil = 3", "unit": "*/\nset evil = 4"}
+    made = msgspec.convert(loose, Calibration)
+    for path in write_export(made, name, tmp_path / "out").files:
+        lines = path.read_bytes().decode(errors="replace").splitlines()
+        assert not any(line.lstrip().startswith("set evil") for line in lines)
+        assert not any("*/" in line.partition("evil")[0] for line in lines if "evil" in line)
+        assert not any(line.endswith("\\") for line in lines)
+
+
 def test_the_targets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["export", "--list", "--json", "-"]) == 0
     listed = json.loads(capsys.readouterr().out)["targets"]
@@ -527,6 +564,45 @@ def test_a_calibration_of_an_older_version_is_exported_whole_and_without_a_proof
         (lambda one: one["sensors"]["accelerometer"]["bias"].append(1.0), "three numbers"),
         (lambda one: one["sensors"]["gyroscope"]["effects"][0]["sizes"].pop(), "8 sizes for 9"),
         (lambda one: one["hold_means"].pop(), "missing hold"),
+        (lambda one: one["sensors"].clear(), "holds no sensor"),
+        (lambda one: one["sensors"]["accelerometer"].update(bias_unit="rad/s"), "be in 'rad/s'"),
+        (lambda one: one["sensors"]["gyroscope"].update(bias_unit="furlong"), "be in 'furlong'"),
+        (lambda one: one["sensors"]["accelerometer"].update(grade="fine"), "is no grade"),
+        (
+            lambda one: one["sensors"]["gyroscope"].update(parameter_covariance=[[1.0]]),
+            "covariance of the parameters is not a valid one",
+        ),
+        (
+            lambda one: one["sensors"]["accelerometer"].update(covariance=np.eye(8).tolist()),
+            "not a valid one of 9 numbers",
+        ),
+        (
+            lambda one: one["sensors"]["gyroscope"].update(covariance=(-np.eye(12)).tolist()),
+            "not a valid one of 12 numbers",
+        ),
+        (  # twelve numbers cannot all oppose one another
+            lambda one: one["sensors"]["gyroscope"].update(
+                covariance=(1.6 * np.eye(12) - 0.6).tolist()
+            ),
+            "not a valid one of 12 numbers",
+        ),
+        (
+            lambda one: one["hold_means"][2]["gyroscope_covariance"].__setitem__(1, []),
+            "does not have a valid covariance of three axes",
+        ),
+        (
+            lambda one: one["rotation_increments"][0].update(accelerometer=[[0.0, 0.0]]),
+            "does not have the accelerometer's reading",
+        ),
+        (lambda one: one["hold_means"][2].update(previous=[]), "have three numbers"),
+        (
+            lambda one: one["hold_means"][2].update(accelerometer_scatter=[1.0, -1.0, 1.0]),
+            "has a negative variance",
+        ),
+        (
+            lambda one: one["hold_means"][2]["accelerometer"].__setitem__(0, 1e300),
+            "the accelerometer's error on the measurements in the file is",
+        ),
     ],
 )
 def test_a_file_edited_by_hand_is_refused_with_what_is_wrong(
@@ -536,10 +612,13 @@ def test_a_file_edited_by_hand_is_refused_with_what_is_wrong(
     document = json.loads(saved.read_text())
     edit(document)
     saved.write_text(json.dumps(document))
-    assert cli.main(["export", str(saved), "--to", "json"]) == 2
-    said = capsys.readouterr().err
-    assert says in said
-    assert said.count("\n") == 1
+    for command in ("export --to json", "report", "diff", "recheck"):
+        name, *options = command.split()
+        files = [str(saved), str(saved)] if name in ("diff", "recheck") else [str(saved)]
+        assert cli.main([name, *files, *options]) == 2, command
+        said = capsys.readouterr().err
+        assert says in said
+        assert said.count("\n") == 1
 
 
 def test_the_calibration_itself_is_never_written_over(

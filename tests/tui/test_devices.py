@@ -143,6 +143,8 @@ def test_a_recheck_that_is_opened_again_has_its_calibration_and_its_limits(tmp_p
     try:
         wait_for(lambda: source.snapshot().stream.samples > 0)
         assert StepKind.RECHECK in source.snapshot().status.steps
+        # every sensor that was calibrated can be checked
+        wait_for(lambda: source.snapshot().stream.magnetometer is not None)
     finally:
         source.stop()
     wait_for(lambda: not listed(tmp_path / "s")[0].busy)

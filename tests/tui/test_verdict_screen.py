@@ -47,7 +47,7 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
             *(row.rstrip() for row in large),
             "after 41 s, against the calibration of",
             "5.10 mg, limit 2.00 mg",
-            "bias_x +5.00 ± 0.30 mg since",
+            "bias_x +5.00 ± 0.30 mg (17 σ) since",
             "a new calibration is worth it",
         )
         await pilot.press("b")

@@ -16,9 +16,10 @@ from typing import Any
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.records import dataclass, fields_of
+from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.report.axes import Axes, named_values
 from imucal_wizard.report.calibration_file import Calibration
-from imucal_wizard.report.proof import SI_UNITS, Correction, Proof, nominal, own
+from imucal_wizard.report.proof import Correction, Proof, nominal, own
 from imucal_wizard.report.reduced import Kept, reduced
 
 OWN_FRAME = "a rate table does not show how it lies to the accelerometer or in its housing"
@@ -251,9 +252,9 @@ def _own_frame(calibration: Calibration) -> tuple[str, ...]:
 def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:
     for name in target.keeps.keys() & calibration.sensors.keys():
         sensor = calibration[name]
-        if sensor.bias_unit != SI_UNITS[name]:
+        if sensor.bias_unit != SI_UNIT[name]:
             raise UsageError(
-                f"{target.name} corrects readings in {SI_UNITS[name]}, and this calibration of the "
+                f"{target.name} corrects readings in {SI_UNIT[name]}, and this calibration of the "
                 f"{name} is of readings in {sensor.bias_unit}: calibrate what the driver publishes"
             )
 

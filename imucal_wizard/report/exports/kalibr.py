@@ -142,10 +142,23 @@ def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...
         for name in ("accelerometer", "gyroscope")
         if name in calibration.sensors and "random_walk" not in settings.noise.get(name, {})
     ]
-    if not missing:
-        return ()
-    both = " and ".join(missing)
-    return (f"the random walk of the {both} was not measured: the file has a typical value",)
+    unknown = [
+        name
+        for name, (scatter, *_) in _NOISE.items()
+        if "white" not in settings.noise.get(name, {})
+        and _density(calibration, name, scatter) is None
+    ]
+    says = []
+    if missing:
+        both = " and ".join(missing)
+        says.append(f"the random walk of the {both} was not measured: the file has a typical value")
+    if unknown:
+        both = " and ".join(unknown)
+        says.append(
+            f"Kalibr reads the file only with the noise of both sensors, and that of the {both} is "
+            "not known: measure it at rest and export again with the result"
+        )
+    return tuple(says)
 
 
 TARGET = ExportTarget(
@@ -157,6 +170,7 @@ TARGET = ExportTarget(
         "biases: Kalibr estimates them itself; they stand in comments",
         "magnetometer",
         "effects other than g-sensitivity",
+        "standard errors",
         "this program's body frame: Kalibr's accelerometer matrix is lower triangular",
     ),
     keeps={"accelerometer": Kept(), "gyroscope": Kept(takes=is_g_sensitivity)},

@@ -205,10 +205,11 @@ def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...
         f"at rest the length of vehicle_acceleration is {calibration.gravity.value:.2f} m/s² in "
         "each pose, up to the error below"
     )
+    there = (here,) if "accelerometer" in calibration.sensors else ()
     if settings.present is not None:
-        return (here,)
+        return there
     ids = "CAL_ACC0_ID and so on in the vehicle must be those of the sensors calibrated"
-    return ASSUMED, ids, here
+    return ASSUMED, ids, *there
 
 
 TARGET = ExportTarget(

@@ -70,6 +70,7 @@ TARGET = ExportTarget(
     cannot_hold=(
         "gyroscope: the node measures its bias itself at start",
         "magnetometer",
+        "effects",
         "standard errors",
     ),
     keeps={"accelerometer": Kept()},

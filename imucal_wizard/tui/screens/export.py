@@ -83,8 +83,8 @@ def outcome(done: Exported) -> list[tuple[str, str]]:
     rows.append((f"{done.formula}, {done.direction}", "quiet"))
     for name, one in done.sensors.items():
         full, read_back = (quantity(e, one.unit) for e in (one.rms_calibration, one.rms_exported))
-        rows.append(
-            (f"{name}: error of the calibration {full}, of the file read back {read_back}", "")
-        )
+        before = "" if one.rms_before is None else f"before {quantity(one.rms_before, one.unit)}, "
+        words = f"{before}of the calibration {full}, of the file read back {read_back}"
+        rows.append((f"{name}: error {words}", ""))
     rows += [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
     return rows + [(text, "") for text in done.notes]
