@@ -87,7 +87,7 @@ def one_g(sensor: Sensor) -> float:
 
 def head(calibration: Calibration) -> str:
     """The comment with which a parameter file begins."""
-    return f"# imucal-wizard {calibration.program}, {calibration.created}"
+    return f"# {calibration.made_by}"
 
 
 @dataclass(frozen=True)

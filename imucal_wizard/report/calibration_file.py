@@ -5,6 +5,7 @@ else is needed. The same ``Sensor`` record is the sensor's part of the JSON of `
 result of ``calibrate`` in Python, so that all of them give the same figures.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -345,6 +346,11 @@ class Calibration(msgspec.Struct, frozen=True):
     def date(self) -> str:
         """Date and time of the measurement or, where it is not known, of the file, ISO 8601."""
         return self.measured or self.created
+
+    @property
+    def made_by(self) -> str:
+        """Program and date, as a comment in any language: no sign in it can end a comment."""
+        return re.sub(r"[^\w .,:+-]", " ", f"imucal-wizard {self.program}, {self.created}")
 
     @property
     def serial(self) -> str:

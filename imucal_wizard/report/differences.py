@@ -11,7 +11,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import msgspec
 import numpy as np
@@ -176,16 +176,30 @@ def _in_own_frame(record: Sensor) -> dict[str, Known]:
     return {one.name: Known(one.value, one.standard_error, one.unit, freedom) for one in found}
 
 
+class _Given(msgspec.Struct, frozen=True):
+    """A parameter as a reference states it; a number alone is a value."""
+
+    value: float
+    standard_error: Annotated[float, msgspec.Meta(ge=0.0)] | None = None
+    uncertainty: Annotated[float, msgspec.Meta(ge=0.0)] | None = None
+    k: Annotated[float, msgspec.Meta(gt=0.0)] = 2.0
+    unit: str = ""
+    degrees_of_freedom: Annotated[int, msgspec.Meta(ge=1)] = EXACT_FREEDOM
+
+
 def _given(one: Any) -> Known:
-    """A number, or a table of value, standard error (or uncertainty and k) and unit."""
-    if isinstance(one, int | float):
-        return Known(float(one), None, "")
-    error = one.get("standard_error")
-    if error is None and "uncertainty" in one:
-        error = float(one["uncertainty"]) / float(one.get("k", 2.0))
-    freedom = int(one.get("degrees_of_freedom", EXACT_FREEDOM))
-    standard_error = None if error is None else float(error)
-    return Known(float(one["value"]), standard_error, str(one.get("unit", "")), freedom)
+    """A number, or a table of value, standard error (or uncertainty and k) and unit.
+
+    Raises:
+        ValueError: it is neither, or a number in it cannot be.
+    """
+    given = msgspec.convert(one if isinstance(one, dict) else {"value": one}, _Given)
+    error = given.standard_error
+    if error is None and given.uncertainty is not None:
+        error = given.uncertainty / given.k
+    if not (math.isfinite(given.value) and math.isfinite(error or 0.0)):
+        raise ValueError("a number is not finite")
+    return Known(given.value, error, given.unit, given.degrees_of_freedom)
 
 
 def differences(

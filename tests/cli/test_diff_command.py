@@ -144,6 +144,11 @@ def test_a_file_of_an_older_version_is_compared_with_itself(
         ("[accelerometer]\nbias_q = 3", "no parameter in common"),
         ("[acelerometer]\nbias_x = 3", "names no sensor"),
         ("[accelerometer]\nbias_x = 'three'", "no reference"),
+        ("[accelerometer]\nbias_x = true", "no reference"),
+        ("[accelerometer]\nbias_x = nan", "no reference"),
+        ("[accelerometer]\nbias_x = { value = 1.0, standard_error = -1.0 }", "no reference"),
+        ("[accelerometer]\nbias_x = { value = 1.0, uncertainty = 1.0, k = 0 }", "no reference"),
+        ("[accelerometer]\nbias_x = { value = 1.0, uncertainty = inf }", "no reference"),
         ("][", "neither a calibration nor a reference"),
     ],
 )

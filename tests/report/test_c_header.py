@@ -11,7 +11,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.model.catalogue import effects_for
+from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import INPUT_OF, SENSORS, Circumstances, Effect
 from imucal_wizard.report.calibration_file import SavedEffect, Sensor
 from imucal_wizard.report.exports import ExportSettings, c_header, write_export
@@ -121,6 +121,35 @@ def test_the_self_test_of_the_header_passes_and_sees_a_wrong_number(tmp_path: Pa
     assert place is not None
     path.write_text(text.replace(place.group(1), f"{float(place.group(1)) + 0.01:.9e}", 1))
     assert subprocess.run([compiled(path)], check=False).returncode > 0
+
+
+@pytest.mark.parametrize(
+    ("sensor", "term", "needs"),
+    [
+        ("accelerometer", "second-order", ""),
+        ("accelerometer", "bias-temperature", "temperature"),
+        ("accelerometer", "bias-drift", "time"),
+        ("accelerometer", "hysteresis", "before"),
+        ("accelerometer", "vibration-rectification", "vibration"),
+        ("gyroscope", "g-sensitivity", "force"),
+        ("magnetometer", "current", "current"),
+    ],
+)
+def test_the_header_names_what_must_be_set_before_a_call(
+    sensor: str, term: str, needs: str, tmp_path: Path
+) -> None:
+    """A temperature that is left at zero is 0 °C, far from that of the calibration."""
+    made = calibration(felt=False)
+    one = with_effects(sensor, [effect(term)])
+    done = write_export(
+        msgspec.structs.replace(made, sensors={**made.sensors, sensor: one}),
+        "c-header",
+        tmp_path / "c.h",
+    )
+    text, notes = (tmp_path / "c.h").read_text(), " ".join(done.notes)
+    assert (f"     {sensor}: {needs}\n" in text) is bool(needs)
+    assert (f"of the {sensor} {needs}" in notes) is bool(needs)
+    assert ("No function of this file depends on it" in text) is not bool(needs)
 
 
 def test_an_effect_that_nothing_here_knows_is_refused_and_nothing_written(tmp_path: Path) -> None:

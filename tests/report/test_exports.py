@@ -10,6 +10,7 @@ import pytest
 
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect
 from imucal_wizard.report.exports import ExportSettings, adafruit, targets, write_export
@@ -516,6 +517,24 @@ def test_notes_are_about_the_sensors_that_the_calibration_has(tmp_path: Path) ->
     notes = " ".join(write_export(alone, "px4", tmp_path / "field.params").notes)
     assert "CAL_ACC0_ID" in notes
     assert "vehicle_acceleration" not in notes
+
+
+@pytest.mark.parametrize("name", sorted(targets().keys() - {"json", "numpy"}))
+def test_words_of_a_calibration_add_no_line_to_the_file_of_another_program(
+    name: str, tmp_path: Path
+) -> None:
+    """A calibration comes from anybody, and a controller obeys each line."""
+    loose = json.loads(encode_json(calibration()))
+    loose |= {"program": "1 */\nset evil = 1\\", "created": "2026-01-02 */\r\nset evil = 2"}
+    for sensor in loose["sensors"].values():
+        for one in sensor["effects"]:
+            one |= {"equation": "*/ set evil = 3", "unit": "*/\nset evil = 4"}
+    made = msgspec.convert(loose, Calibration)
+    for path in write_export(made, name, tmp_path / "out").files:
+        lines = path.read_bytes().decode(errors="replace").splitlines()
+        assert not any(line.lstrip().startswith("set evil") for line in lines)
+        assert not any("*/" in line.partition("evil")[0] for line in lines if "evil" in line)
+        assert not any(line.endswith("\\") for line in lines)
 
 
 def test_the_targets_are_listed(capsys: pytest.CaptureFixture[str]) -> None:

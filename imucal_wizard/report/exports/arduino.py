@@ -29,7 +29,7 @@ void loop() {
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     del settings
-    lines = [f"// imucal-wizard {calibration.program}, {calibration.created}"]
+    lines = [f"// {calibration.made_by}"]
     for name, sensor in calibration.sensors.items():
         lines += constants(name, sensor)
     lines.append(_SKETCH.rstrip("\n"))

@@ -31,8 +31,8 @@ _HEAD = """\
 #ifndef IMUCAL_CALIBRATION_H
 #define IMUCAL_CALIBRATION_H
 #include <math.h>
-
-/* What the corrections may depend on. Leave at zero what is not known. */
+"""
+_STRUCT = """\
 typedef struct {
   float force[3];     /* specific force for the gyroscope, m/s^2 */
   float before[3];    /* specific force in the pose before, m/s^2 */
@@ -43,6 +43,17 @@ typedef struct {
   float warming;      /* rate of change of the temperature, degC/s */
 } imucal_where;
 """
+_MEMBERS = {
+    "f": "force",
+    "before": "before",
+    "warmth": "temperature",
+    "time": "time",
+    "since_middle": "time",
+    "vibration": "vibration",
+    "current": "current",
+    "warming": "warming",
+}
+"""Member of the struct that a variable of a function comes from."""
 _FUNCTION = """
 static inline void imucal_{name}(const float y[3], const imucal_where *where, float out[3]) {{
   const float d0 = y[0] - {B}[0], d1 = y[1] - {B}[1], d2 = y[2] - {B}[2];
@@ -77,12 +88,34 @@ def _statements(name: str, sensor: Sensor) -> list[str]:
     """The error of the input, effect by effect."""
     lines = []
     for one in sensor.effects:
-        lines.append(f"    /* {one.term}: {one.equation} */")
+        known = effect(one.term)
+        lines.append(f"    /* {one.term}: {known.equation} */")
         lines += [
             f"    e{axis} += {c_number(one.sizes[place])} * {text};"
-            for axis, place, text in effect(one.term).c_columns(name, one.variant)
+            for axis, place, text in known.c_columns(name, one.variant)
         ]
     return lines
+
+
+def _needed(calibration: Calibration) -> dict[str, list[str]]:
+    """Members of the struct that the effects of a sensor read, by sensor; those with one only."""
+    found = {}
+    for name, sensor in calibration.sensors.items():
+        code = " ".join(line for line in _statements(name, sensor) if "/*" not in line)
+        words = re.findall(rf"\b({'|'.join(_MEMBERS)})[012]?\b", code)
+        if words:
+            found[name] = list(dict.fromkeys(_MEMBERS[word] for word in words))
+    return found
+
+
+def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...]:
+    del settings
+    proof = "to prove it there: imucal_self_test() returns 0"
+    needed = _needed(calibration)
+    if not needed:
+        return (proof,)
+    members = "; ".join(f"of the {name} {', '.join(one)}" for name, one in needed.items())
+    return proof, f"set before each call what the effects depend on (zero is 0 °C): {members}"
 
 
 def _function(name: str, sensor: Sensor) -> list[str]:
@@ -182,8 +215,15 @@ _USE = (
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     del settings
-    lines = [f"/* imucal-wizard {calibration.program}, {calibration.created}", ""]
+    lines = [f"/* {calibration.made_by}", ""]
     lines += ["   x = M (y - b) - e(x): m/s^2, rad/s, uT.", *_USE, _HEAD]
+    needed = [f"     {name}: {', '.join(one)}" for name, one in _needed(calibration).items()]
+    if needed:
+        says = "/* Set before each call, since zero is a value (0 degC) and not an unknown one:"
+        lines += [says, *needed, "*/"]
+    else:
+        lines += ["/* No function of this file depends on it. */"]
+    lines += [_STRUCT]
     for name, sensor in calibration.sensors.items():
         lines += ["", *constants(name, sensor), *_function(name, sensor)]
     lines += [*_self_test(calibration), "", "#endif"]
@@ -292,5 +332,5 @@ TARGET = ExportTarget(
     },
     write=_write,
     read=_read,
-    notes=lambda _calibration, _settings: ("to prove it there: imucal_self_test() returns 0",),
+    notes=_notes,
 )

@@ -66,7 +66,7 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
         "cal_type": "Ferraris",
         "_format_version": "2.0.0",
         **units,
-        "comment": f"imucal-wizard {calibration.program}, {calibration.created}",
+        "comment": calibration.made_by,
         **{key: numbers[key].tolist() for key in _KEYS},
     }
     return {"": (json.dumps(document, indent=4) + "\n").encode()}
