@@ -10,6 +10,7 @@ adds little information, so sense, speed and angle change by themselves.
 import itertools
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -72,8 +73,9 @@ class PlannedRotation:
     tilt: float = 0.0
 
 
+@lru_cache(maxsize=64)
 def next_rotation(
-    done: Sequence[PlannedRotation], axis: str, tilt: float, range_deg: float | None = None
+    done: tuple[PlannedRotation, ...], axis: str, tilt: float, range_deg: float | None = None
 ) -> PlannedRotation:
     """The rotation about an axis that adds most information.
 
@@ -102,7 +104,8 @@ def _alike(rate: float, other: float) -> bool:
     return max(rate, other) < SPEED_RATIO * min(rate, other)
 
 
-def neediest_axis(done: Sequence[PlannedRotation], axes: Sequence[str]) -> str:
+@lru_cache(maxsize=64)
+def neediest_axis(done: tuple[PlannedRotation, ...], axes: tuple[str, ...]) -> str:
     """The axis whose best rotation from the start pose adds most; of similar ones the first."""
     gains = _gains(done, [next_rotation(done, axis, 0.0) for axis in axes])
     return axes[int(np.flatnonzero(gains >= SIMILAR_AXIS_SHARE * gains.max())[0])]

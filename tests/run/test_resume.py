@@ -258,16 +258,25 @@ def test_a_session_resumes_from_a_checkpoint_as_from_its_first_byte(
     assert np.array_equal(shown.traces, expected.traces, equal_nan=True)
 
 
+@pytest.fixture(scope="module")
+def checkpointed(tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Engine]:
+    """The file of a session with a checkpoint, and the engine as it was left."""
+    path = tmp_path_factory.mktemp("checkpointed") / "a.imucal"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(run_engine, "CHECKPOINT_SECONDS", 5.0)
+        live = begin_session(path, None, settings())
+        live.command("start")
+        _receive(live, 0, 60)
+        live.close()
+    return path.read_bytes(), live
+
+
 @pytest.mark.parametrize("spoil", ["state", "seal", "place", "program", "key", "table"])
 def test_a_checkpoint_that_is_not_this_programs_own_is_not_loaded(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spoil: str
+    checkpointed: tuple[bytes, Engine], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spoil: str
 ) -> None:
-    path = tmp_path / "a.imucal"
-    monkeypatch.setattr(run_engine, "CHECKPOINT_SECONDS", 5.0)
-    live = begin_session(path, None, settings())
-    live.command("start")
-    _receive(live, 0, 60)
-    live.close()
+    path, (file, live) = tmp_path / "a.imucal", checkpointed
+    path.write_bytes(file)
     with KeptSession.look(path) as kept:
         assert kept.checkpoint() is not None
     changes = {
@@ -292,17 +301,13 @@ def test_a_checkpoint_that_is_not_this_programs_own_is_not_loaded(
 
 
 def test_damage_before_a_checkpoint_is_told_and_costs_no_measurement(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    checkpointed: tuple[bytes, Engine], tmp_path: Path
 ) -> None:
-    path = tmp_path / "a.imucal"
-    monkeypatch.setattr(run_engine, "CHECKPOINT_SECONDS", 5.0)
-    live = begin_session(path, None, settings())
-    live.command("start")
-    _receive(live, 0, 60)
-    live.close()
+    path, (whole, live) = tmp_path / "a.imucal", checkpointed
+    path.write_bytes(whole)
     with KeptSession.look(path) as kept:
         first = next(data for _, _, data in kept.raw())
-    file = bytearray(path.read_bytes())
+    file = bytearray(whole)
     page = file.index(first[:64]) // 4096 * 4096
     file[page : page + 4096] = bytes(4096)
     path.write_bytes(file)

@@ -233,7 +233,7 @@ class RotationsStage:
             begun = [axis for axis in short if self._taken(axis)]
             last = next(reversed(self._needs), AXES[-1])
             self._axis = (
-                neediest_axis(self._known(), begun or short)
+                neediest_axis(self._known(), tuple(begun or short))
                 if len(begun or short) > 1
                 else (*begun, *short, last)[0]
             )
