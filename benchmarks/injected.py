@@ -257,6 +257,7 @@ def _named(found: Diagnosis | None) -> frozenset[str]:
     return frozenset(added | {*found.findings.opinion.families})
 
 
+@cache
 def nameable(name: str, sensor: str, term: str, at: float) -> tuple[tuple[str, ...], FloatArray]:
     """Names of an effect's parameters, and the size of each that the recording would name."""
     bench = plain(name)[sensor].bench
@@ -387,14 +388,21 @@ def _gyroscope_scale(
     if unit == "rad/s":
         return float(np.radians(1.0))
 
+    turns = []
+    for (_, end, up), (begin, _, then) in itertools.pairwise(rests):
+        steps = np.radians(rate[end : begin + 1].reshape(-1, 3)) / hertz
+        parts = np.array_split(steps, max(len(steps) // 4, 1))
+        turns.append((np.array([part.sum(axis=0) for part in parts]), up, then))
+
     def misfit(per_degree: float) -> float:
         squares = []
-        for (_, end, up), (begin, _, then) in itertools.pairwise(rests):
-            steps = np.radians(rate[end : begin + 1].reshape(-1, 3) / per_degree) / hertz
-            turn = Attitude.identity()
-            for step in np.array_split(steps, max(len(steps) // 4, 1)):
-                turn = turn * Attitude.from_rotvec(step.sum(axis=0))
-            squares.append(float(((turn.inv().apply(up) - then) ** 2).sum()))
+        for parts, up, then in turns:
+            turn = Attitude.from_rotvec(parts / per_degree)
+            while len(turn) > 1:  # neighbours joined in pairs
+                odd = [turn[-1:]] * (len(turn) % 2)
+                whole = len(turn) - len(odd)
+                turn = Attitude.concatenate([turn[:whole:2] * turn[1:whole:2], *odd])
+            squares.append(float(((turn[0].inv().apply(up) - then) ** 2).sum()))
         return float(np.median(squares))
 
     rough = np.geomspace(5.0, 200.0, 60)

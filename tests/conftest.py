@@ -6,6 +6,7 @@ import os
 import pickle
 import tempfile
 from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import pytest
@@ -74,15 +75,30 @@ def simulations_made_once() -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def rough_sizes(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Find the sizes that show from few draws, for tests of what else a bench tells."""
+@contextmanager
+def _few_draws() -> Iterator[None]:
     from imucal_wizard.diagnose import noise_draws, significance
 
-    for name in ("DRAWS", "MIN_DRAWS", "PILOTS"):
-        monkeypatch.setattr(noise_draws, name, 8)
-    monkeypatch.setattr(noise_draws, "MAX_CHANGE", 0.3)
-    monkeypatch.setattr(significance, "SIMULATIONS", 100)
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("DRAWS", "MIN_DRAWS", "PILOTS"):
+            patch.setattr(noise_draws, name, 4)
+        patch.setattr(noise_draws, "MAX_TRIALS", 1)
+        patch.setattr(significance, "SIMULATIONS", 100)
+        yield
+
+
+@pytest.fixture
+def rough_sizes() -> Iterator[None]:
+    """Find the sizes that show from few draws, for tests of what else a bench tells."""
+    with _few_draws():
+        yield
+
+
+@pytest.fixture(scope="module")
+def rough_sizes_throughout() -> Iterator[None]:
+    """Find them so in all tests of a file."""
+    with _few_draws():
+        yield
 
 
 if TYPE_CHECKING:  # there are systems without pseudo-terminals, on which other tests run

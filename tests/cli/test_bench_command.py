@@ -13,6 +13,8 @@ from imucal_wizard.cli import main as cli
 from imucal_wizard.simulate.recording import simulate_recording
 from tests.cli.flat import flat_recording
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 KEYS = {
     "model",
     "degrees_of_freedom",
@@ -60,7 +62,6 @@ def bench_json(
     return sensors
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_a_hidden_effect_is_named_added_and_the_error_held_out_falls(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -119,7 +120,6 @@ def test_without_auto_nothing_is_added(plain: tuple[dict[str, Any], str]) -> Non
     assert len(said["ladder"]) == 1
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_the_base_can_be_climbed_term_by_term(
     recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -138,7 +138,6 @@ def test_the_text_shows_comparison_suspects_and_ladder(plain: tuple[dict[str, An
     assert max(len(line) for line in text.splitlines()) <= 100
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_an_effect_of_ones_own_is_a_suspect_like_any_other(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

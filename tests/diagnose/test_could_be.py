@@ -72,7 +72,7 @@ def test_gains_that_the_rotations_do_not_determine_may_be_wrong(seed: int) -> No
 def test_it_covers_the_error_of_magnetometers() -> None:
     """The same of the field's magnitude, with slow noise that many rows share."""
     rng = np.random.default_rng(78)
-    units = [one_magnetometer(STANDARD, CONSUMER, rng) for _ in range(16)]
+    units = [one_magnetometer(STANDARD, CONSUMER, rng) for _ in range(10)]
     inside = np.mean([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     assert 0.85 < inside < 0.99
@@ -83,7 +83,7 @@ def test_it_covers_the_error_of_magnetometers() -> None:
 def test_it_covers_the_error_of_units_with_and_without_a_hidden_effect() -> None:
     """The rms error in new directions: 93 to 97 % of units, and 2.5 binomial deviations."""
     rng = np.random.default_rng(77)
-    units = [one_unit("18", "consumer", rng) for _ in range(40)]
+    units = [one_unit("18", "consumer", rng) for _ in range(25)]
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     said = np.array([one.could_be for one in units])
     spread = 2.5 * np.sqrt(0.95 * 0.05 / len(units))

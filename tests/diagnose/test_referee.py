@@ -60,6 +60,7 @@ def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
     assert log_evidence(found, [effect]) == pytest.approx(np.logaddexp.reduce(each), abs=1e-6)
 
 
+@pytest.mark.usefixtures("rough_sizes")
 def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     """Alone the accelerometer cannot; text and document show both closures, and who decided."""
     benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))

@@ -61,9 +61,9 @@ def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -
 @pytest.mark.parametrize("term", ["second-order", "warm-up"])
 @pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
 def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) -> None:
-    """The sizes told are those found within 20 %, as far as twelve sessions show them (90 %)."""
+    """The sizes told are those found within 20 %, as far as eight sessions show them (90 %)."""
     asked = Asked(ACCELEROMETER, plan.name, "consumer")
-    found = [one for number in range(12) for one in thresholds(asked, term, 5, number)]
+    found = [one for number in range(8) for one in thresholds(asked, term, 5, number)]
     for what, deviate in DEVIATES.items():
         _, low, high = reported_over_found([one for one in found if one.what == what], deviate)
         assert low < RIGHT_SIZE

@@ -64,15 +64,18 @@ def test_above_its_nameable_size_an_effect_is_named_or_its_family_is(term: str) 
 
 
 def test_a_drift_of_the_size_told_is_seen_in_other_recordings() -> None:
-    """Told for 95 of 100; sizes by the wander of one recording alone were seen in 72 of 100."""
+    """Told for 95 of 100, of which fewer than five of six are rarer than 1 in 25.
+
+    Sizes by the wander of one recording alone were seen in 72 of 100.
+    """
     asked, seen = Asked(MAGNETOMETER, "18", ""), 0
-    for seed in range(98_001, 98_013):
+    for seed in range(98_001, 98_007):
         sizes = reported_sizes(asked, "bias-drift", seed)
         assert sizes is not None
         rng = np.random.default_rng([seed, 1])
         hidden = hidden_in(MAGNETOMETER, "bias-drift", 1.0, sizes.seen, rng)
         seen += said(asked, hidden, None, seed)[0]
-    assert seen >= 10
+    assert seen >= 5
 
 
 @pytest.mark.parametrize("name", STRANGERS)

@@ -23,9 +23,9 @@ def _noisy(field: FloatArray, size: float, rng: np.random.Generator) -> FloatArr
 
 @pytest.mark.parametrize("dip", [-3.0, 30.0, 75.0])
 def test_any_rotation_between_the_sensors_is_found(dip: float) -> None:
-    """Thirty sensors at any angle, thirteen positions each: the nearest axes are often no start."""
+    """Fifteen sensors at any angle, in 13 positions each: the nearest axes are often no start."""
     rng = np.random.default_rng(0)
-    for seed in range(30):
+    for seed in range(15):
         mounted = Attitude.random(random_state=seed)
         up, field = _seen(Attitude.random(13, random_state=1000 + seed), dip, mounted)
         found = align(up, _noisy(field, 2e-3, rng))
@@ -55,7 +55,7 @@ def test_swapped_and_turned_axes_are_said_in_words(columns: list[list[int]], wor
 
 def test_one_position_beside_iron_decides_no_rotation() -> None:
     """A dip 20° off moves neither the choice among the rotations nor the angles."""
-    for seed in range(20):
+    for seed in range(10):
         mounted, body = Attitude.random(random_state=seed), Attitude.random(14, random_state=seed)
         up, field = _seen(body, 20.0, mounted)
         field[3] = _seen(body, 40.0, mounted)[1][3]
@@ -66,9 +66,9 @@ def test_one_position_beside_iron_decides_no_rotation() -> None:
 
 
 def test_positions_that_fit_two_rotations_are_refused() -> None:
-    """Six faces, poorly measured where the field is flat: no answer in thirty is far off."""
+    """Six faces, poorly measured where the field is flat: no answer in twelve is far off."""
     refused = 0
-    for seed in range(30):
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         turned = Attitude.from_euler("z", rng.uniform(0.0, 360.0, 6)[:, None], degrees=True)
         body = turned * Attitude.concatenate(FACES)
@@ -81,4 +81,4 @@ def test_positions_that_fit_two_rotations_are_refused() -> None:
             continue
         off = (Attitude.from_matrix(found.rotation) * mounted.inv()).magnitude()
         assert np.degrees(off) < 15.0
-    assert refused >= 10
+    assert refused >= 4

@@ -198,11 +198,11 @@ def _fields(rng: np.random.Generator, count: int, dip: float) -> tuple[FloatArra
 def test_the_errors_of_the_alignment_are_as_stated() -> None:
     """Angles and dip of fifteen positions scatter by their standard errors.
 
-    A hundred sets know each rms to 7 %; three and a half times that are allowed.
+    Fifty sets know each rms to 10 %; three and a half times that are allowed.
     """
     rng, dip = np.random.default_rng(4), np.radians(60.0)
     off = []
-    for _ in range(100):
+    for _ in range(50):
         up, field = _fields(rng, 15, dip)
         noisy = field + 2e-3 * rng.standard_normal(field.shape)
         found = align(up, noisy / np.linalg.norm(noisy, axis=1)[:, None])
@@ -210,7 +210,7 @@ def test_the_errors_of_the_alignment_are_as_stated() -> None:
         off.append([*angles, (found.dip - dip) / found.dip_error])
     rms = np.sqrt(np.mean(np.square(off), axis=0))
     # eleven degrees of freedom, and now and then the worst position left out
-    assert rms == pytest.approx(np.full(4, np.sqrt(11.0 / 9.0)), rel=0.25)
+    assert rms == pytest.approx(np.full(4, np.sqrt(11.0 / 9.0)), rel=0.35)
 
 
 def test_an_uncertain_field_makes_the_angles_uncertain() -> None:

@@ -29,15 +29,16 @@ def rotation_between(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def turned(up: FloatArray, turn: FloatArray) -> FloatArray:
-    """Up in the body frame after a body turn by a rotation vector (Rodrigues, −turn)."""
-    angle = float(np.linalg.norm(turn))
-    if angle < 1e-12:
-        return up
-    k = -turn / angle
-    return np.asarray(
-        up * np.cos(angle) + np.cross(k, up) * np.sin(angle) + k * (k @ up) * (1.0 - np.cos(angle)),
-        float,
-    )
+    """Up in the body frame after a body turn by a rotation vector (Rodrigues, −turn).
+
+    Args:
+        up: before the turn, shape (3,).
+        turn: one or several, rad, shape (..., 3).
+    """
+    angle = np.linalg.norm(turn, axis=-1, keepdims=True)
+    k = -turn / np.maximum(angle, 1e-12)
+    along = (k @ up)[..., None] * k
+    return np.asarray(along + (up - along) * np.cos(angle) + np.cross(k, up) * np.sin(angle), float)
 
 
 class Device:
@@ -82,8 +83,7 @@ class Device:
         phase = (np.arange(count) + 0.5) / count
         share = phase - np.sin(2.0 * np.pi * phase) / (2.0 * np.pi)
         speed = (1.0 - np.cos(2.0 * np.pi * phase)) / seconds
-        ups = np.stack([turned(self.up, part * turn) for part in share])
-        self._write(ups, speed[:, None] * turn)
+        self._write(turned(self.up, share[:, None] * turn), speed[:, None] * turn)
         self.up = turned(self.up, turn)
         return self
 

@@ -183,12 +183,12 @@ def test_a_drift_is_predicted_from_the_earlier_part_only_when_it_is_in_the_model
 
 
 def test_the_standard_errors_of_sizes_are_honest() -> None:
-    """In 120 recordings the scaled error of each size has about the spread of Student's t."""
+    """In 80 recordings the scaled error of each size has about the spread of Student's t."""
     made = session(13)
     term, sizes = Term(effect("second-order")), np.array([2.0, -1.0, 0.5])
     rng = np.random.default_rng(14)
     scaled = []
-    for _ in range(120):
+    for _ in range(80):
         noisy = data_of(made, (term,), sizes, noise=0.3 * MILLI_G, rng=rng)
         found = fit(noisy, (term,))
         scaled.append((found.sizes[0] - sizes) / found.size_errors[0])
