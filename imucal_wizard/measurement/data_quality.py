@@ -325,7 +325,8 @@ def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
     count = len(series) // size
     if count < MIN_RESTS:
         return np.zeros((0, 3)), np.zeros(0)
-    blocks = series.values[: count * size].reshape(count, size, 3)
-    noise = np.sqrt(blocks.var(axis=1).sum(axis=1))
+    # by axis, then block: sums of numbers that follow one another take a fifth of the time
+    blocks = np.ascontiguousarray(series.values[: count * size].T).reshape(3, count, size)
+    noise = np.sqrt(blocks.var(axis=2).sum(axis=0))
     quiet = noise <= MAX_QUIET_RATIO * sample_quantile(noise, 0.1)
-    return blocks.mean(axis=1)[quiet], noise[quiet]
+    return blocks.mean(axis=2).T[quiet], noise[quiet]

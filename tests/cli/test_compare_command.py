@@ -2,7 +2,10 @@
 
 import json
 import re
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,12 +42,20 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     return [str(folder / "imu.csv"), str(folder / "field.csv")]
 
 
-def test_all_methods_stand_on_one_screen(
-    files: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.fixture(scope="module")
+def compared(
+    files: list[str], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[str, dict[str, Any]]:
+    """What ``compare`` prints and writes of the session."""
+    path = tmp_path_factory.mktemp("compared") / "compare.json"
+    with redirect_stdout(StringIO()) as printed:
+        assert cli.main(["compare", *files, "--json", str(path)]) == 0
+    return printed.getvalue(), json.loads(path.read_text())
+
+
+def test_all_methods_stand_on_one_screen(compared: tuple[str, dict[str, Any]]) -> None:
     """Every method of every sensor in a row, in 80 columns, with its paper."""
-    assert cli.main(["compare", *files]) == 0
-    lines = capsys.readouterr().out.splitlines()
+    lines = compared[0].splitlines()
     assert max(map(len, lines)) <= 80
     assert len(lines) <= 36
     text = "\n".join(lines)
@@ -58,12 +69,9 @@ def test_all_methods_stand_on_one_screen(
     assert not re.search(r"%\d", text), "two columns touch"
 
 
-def test_the_document_holds_every_result_whole(
-    files: list[str], capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_document_holds_every_result_whole(compared: tuple[str, dict[str, Any]]) -> None:
     """For scripts: matrix, bias and errors of each; the default has the least error held out."""
-    assert cli.main(["compare", *files, "--json", "-"]) == 0
-    document = json.loads(capsys.readouterr().out)
+    _, document = compared
     assert document["schema"] == "imucal-wizard/compare/1"
     for sensor, names in METHODS.items():
         rows = document["sensors"][sensor]

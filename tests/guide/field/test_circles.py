@@ -137,7 +137,7 @@ def test_free_tumbling_that_fills_the_sphere_is_as_good() -> None:
 
 def test_an_hours_rest_in_the_step_does_not_drown_the_circles() -> None:
     """What is collected is the turning, not what lay on the table for longer than a hand pauses."""
-    lying = turned((LieStill(60.0), *circles()))
+    lying = turned((LieStill(30.0), *circles()))
     session = Session(lying).play()
     assert session.step == StepKind.RESULT
     collected = session.machine.collected()

@@ -193,12 +193,11 @@ def _noise_alone(values: FloatArray) -> FloatArray:
     return np.random.default_rng(0).normal(0.0, 5.0, values.shape)
 
 
-@pytest.mark.parametrize("nonsense", [np.nan, np.inf, -1e300])
-def test_values_that_are_no_readings_are_passed_over(nonsense: float) -> None:
+def test_values_that_are_no_readings_are_passed_over() -> None:
     """One in twenty of them, and the circles are counted all the same."""
     readings = turned(circles())
     values = field_of(readings).copy()
-    values[::20, 1] = nonsense
+    values[::20, 1] = np.resize([np.nan, np.inf, -1e300], len(values[::20]))
     session = Session(with_field(readings, values)).play()
     assert session.step == StepKind.RESULT
     assert session.field.left_out == 0
