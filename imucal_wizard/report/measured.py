@@ -278,6 +278,12 @@ def wrong_measurements(
             return "a rotation does not have the accelerometer's reading in each interval"
         if any(one is not None and len(one) != 3 for one in (one.turned_before, one.turned_after)):
             return "a turn inside a hold does not have three numbers"
+    for step in table:
+        spread, scatter = step.covariance, step.scatter
+        if spread is not None and not is_covariance(spread, 3):
+            return f"the step at {step.start:g} s does not have a valid covariance of three axes"
+        if scatter is not None and (len(scatter) != 3 or min(scatter) < 0.0):
+            return f"the step at {step.start:g} s does not have three variances"
     turned = [row for one in rotations for row in one.gyroscope]
     on_table = [row for step in table for row in step.gyroscope]
     if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):

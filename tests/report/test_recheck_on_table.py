@@ -1,14 +1,16 @@
 """A gyroscope that a rate table has calibrated is checked on a rate table."""
 
+import json
 from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.q_cases import BNO055
 from benchmarks.rate_table import table_recording
-from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.table_steps import KnownRates
@@ -17,7 +19,7 @@ from imucal_wizard.report.calibrated_device import (
     RecheckSettings,
     recheck_readings,
 )
-from imucal_wizard.report.calibration_file import Calibration
+from imucal_wizard.report.calibration_file import Calibration, read_calibration
 from imucal_wizard.report.calibration_record import from_report
 from tests.report.devices import calibration
 
@@ -62,6 +64,26 @@ def test_a_change_is_seen_in_another_recording_of_the_table(
     gyroscope = found.sensors["gyroscope"]
     assert min(one.power for one in gyroscope.seen) > 0.99
     assert [one.parameter for one in gyroscope.moved[:1]] == [moved] * (moved is not None)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "says"),
+    [
+        ("covariance", [[1.0, 0.0], [0.0, 1.0]], "does not have a valid covariance"),
+        ("scatter", [1.0, 1.0], "does not have three variances"),
+        ("seconds", [], "not one duration for each reading"),
+    ],
+)
+def test_an_edited_step_of_the_table_is_refused(
+    calibrated: Calibration, key: str, value: object, says: str, tmp_path: Path
+) -> None:
+    path = calibrated.save(tmp_path / "my.json")
+    assert read_calibration(path).table_means
+    loose = json.loads(path.read_text())
+    loose["table_means"][1][key] = value
+    path.write_text(json.dumps(loose))
+    with pytest.raises(RecordingError, match=says):
+        read_calibration(path)
 
 
 def test_what_gravity_and_what_the_table_cannot_show_is_refused(

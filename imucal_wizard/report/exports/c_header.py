@@ -115,7 +115,10 @@ def _notes(calibration: Calibration, settings: ExportSettings) -> tuple[str, ...
     if not needed:
         return (proof,)
     members = "; ".join(f"of the {name} {', '.join(one)}" for name, one in needed.items())
-    return proof, f"set before each call what the effects depend on (zero is 0 °C): {members}"
+    return (
+        proof,
+        f"set before each call what the effects depend on, since zero is a value: {members}",
+    )
 
 
 def _function(name: str, sensor: Sensor) -> list[str]:
