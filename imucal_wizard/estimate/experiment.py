@@ -147,6 +147,11 @@ class Experiment(ABC):
     def before(self) -> Parameters:
         """The nominal conversion; of counts, the simplest that gives the right size."""
 
+    @property
+    def scale_before(self) -> float:
+        """By how much the errors of ``before`` are too small, in units of the readings."""
+        return 1.0
+
     @abstractmethod
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
         """The parameters that people speak of."""

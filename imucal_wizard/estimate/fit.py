@@ -314,7 +314,7 @@ def _before(found: Minimum[Experiment]) -> FloatArray:
     nominal = Parameters(nominal.matrix, nominal.bias, np.zeros(0), np.zeros(count))
     none = Terms(experiment.sensor, ())
     rows = [source.at(nominal, none) for source in experiment.sources]
-    return np.concatenate([one.residual for one in rows])
+    return experiment.scale_before * np.concatenate([one.residual for one in rows])
 
 
 def _size_parameters(terms: Terms, sizes: FloatArray, errors: FloatArray) -> tuple[Parameter, ...]:

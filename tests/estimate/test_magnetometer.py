@@ -51,6 +51,16 @@ def test_exact_readings_give_the_truth(method: str) -> None:
         assert abs(parameter.value - TRUE[parameter.name]) < limit * scale
 
 
+def test_the_error_before_is_that_of_the_readings_as_they_are() -> None:
+    """In µT and of a field that nobody knows: hard iron makes the mean reading larger than it."""
+    rng = np.random.default_rng(4)
+    series = recorded(tumbling(rng, 6000), rng, noise=0.0, step=0.0).series
+    offset = np.array([0.0, 0.0, MAGNITUDE])
+    series = Series(series.time, 0.05 * (series.values + offset), "uT")
+    sizes = np.linalg.norm(series.values, axis=1)
+    assert fit_magnetometer(series).fit.rms_before == pytest.approx(sizes.std(), rel=0.05)
+
+
 @pytest.mark.study
 @pytest.mark.parametrize("step", [1.0, TEN_BITS])
 def test_parameters_are_within_three_standard_errors_and_intervals_cover(step: float) -> None:

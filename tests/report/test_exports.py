@@ -291,6 +291,22 @@ def test_present_parameters_that_do_not_compose_are_refused(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("name", "settings", "says"),
+    [
+        ("px4", ExportSettings(noise={"gyroscope": {"white": 1e-4}}), "px4 takes no noise"),
+        ("kalibr", ExportSettings(slot=1), "kalibr takes no number of a sensor"),
+        ("px4", ExportSettings(counts_per_g=4096.0), "px4 takes no counts per g"),
+    ],
+)
+def test_a_setting_that_would_change_nothing_is_refused(
+    name: str, settings: ExportSettings, says: str, tmp_path: Path
+) -> None:
+    with pytest.raises(UsageError, match=says):
+        write_export(calibration(felt=False), name, tmp_path / "v", settings)
+    assert not list(tmp_path.iterdir())
+
+
 def test_inav_composes_with_the_settings_of_its_own_dump(tmp_path: Path) -> None:
     """``(adc − zero) · gain / 4096``, and then the calibration of that."""
     dump = "# dump\nset gyro_lpf = OFF\nset acczero_x = 40\nset accgain_x = 4200\nsave\n"

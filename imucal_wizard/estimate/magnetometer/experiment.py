@@ -334,6 +334,12 @@ class MagnetometerExperiment(Experiment):
             gain = 1.0
         return Parameters(gain * np.eye(3), bias)
 
+    @property
+    def scale_before(self) -> float:
+        """See ``Experiment``: where nobody knows the field, readings in its unit are not scaled."""
+        unscaled = not self.data.known and self.unit == self.data.error_unit
+        return 1.0 / float(self.before().matrix[0, 0]) if unscaled else 1.0
+
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
         """See ``Experiment``; of an unknown field its size follows from ``det M = 1``."""
         matrix = self._rotation.T @ matrix

@@ -68,6 +68,7 @@ class ExportTarget:
         notes: what the user must know or do.
         composes: how the names of the parameters begin that ``present`` must have; nothing where
             the program corrects no readings before they are recorded.
+        uses: names of the settings, beside ``present``, that it takes.
         sent: the bytes that are sent to the board that uses the files; None where nothing is.
         echoed: whether lines of that board confirm the files; see ``acquire.write_back``.
         frame: whether the accelerometer and the gyroscope share a body frame of its own.
@@ -88,6 +89,7 @@ class ExportTarget:
     loses: Callable[[Calibration], tuple[str, ...]] = lambda _calibration: ()
     notes: Callable[[Calibration, ExportSettings], tuple[str, ...]] = lambda _one, _settings: ()
     composes: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
     sent: Callable[[Files], bytes] | None = None
     echoed: Callable[[Files, Sequence[str]], str | None] = lambda _files, _lines: ""
     frame: bool = False
@@ -206,6 +208,7 @@ def write_export(
     target, settings = target_named(name), settings or ExportSettings()
     if not target.counts:
         _refuse_counts(target, calibration)
+    _check_used(target, settings)
     _check_present(target, settings.present)
     smaller, lost, again = reduced(calibration, target.keeps)
     files = target.write(smaller, settings)
@@ -257,6 +260,21 @@ def _refuse_counts(target: ExportTarget, calibration: Calibration) -> None:
                 f"{target.name} corrects readings in {SI_UNIT[name]}, and this calibration of the "
                 f"{name} is of readings in {sensor.bias_unit}: calibrate what the driver publishes"
             )
+
+
+_SETTINGS = {"noise": "noise", "slot": "number of a sensor", "counts_per_g": "counts per g"}
+
+
+def _check_used(target: ExportTarget, settings: ExportSettings) -> None:
+    """Refuse a setting that would change nothing.
+
+    Raises:
+        UsageError: the target does not take it.
+    """
+    usual = ExportSettings()
+    for name, words in _SETTINGS.items():
+        if name not in target.uses and getattr(settings, name) != getattr(usual, name):
+            raise UsageError(f"{target.name} takes no {words}: leave it out")
 
 
 def _check_present(target: ExportTarget, present: bytes | None) -> None:

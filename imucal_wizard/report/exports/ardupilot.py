@@ -174,5 +174,6 @@ TARGET = ExportTarget(
     counts=False,
     notes=_notes,
     composes=("INS_ACC", "INS_GYR"),
+    uses=("slot",),
     corrects=_present,
 )

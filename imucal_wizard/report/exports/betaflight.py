@@ -56,4 +56,5 @@ TARGET = ExportTarget(
     read=lambda files, settings: read_counts(_settings, files[""], settings.present),
     notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
     composes=("acc_calibration/2",),
+    uses=("counts_per_g",),
 )

@@ -66,4 +66,5 @@ TARGET = ExportTarget(
     read=lambda files, settings: read_counts(_settings, files[""], settings.present),
     notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
     composes=("acczero_", "accgain_"),
+    uses=("counts_per_g",),
 )

@@ -180,4 +180,5 @@ TARGET = ExportTarget(
     counts=False,
     notes=_notes,
     frame=True,
+    uses=("noise",),
 )

@@ -235,5 +235,6 @@ TARGET = ExportTarget(
     loses=lost_alignment,
     notes=_notes,
     composes=("CAL_",),
+    uses=("slot",),
     corrects=lambda settings, sensor: _axes(_present(settings), sensor, settings.slot),
 )
