@@ -41,6 +41,8 @@ TAPERED = 0.05
 """Share of a rotation at either end that is faded; the device hardly moves there."""
 MIN_SPECTRUM_SAMPLES = 16
 """Of a rotation, for a spectrum with something in each band."""
+ENOUGH_AT_REST = 500_000
+"""Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
 
@@ -96,12 +98,15 @@ def spectrum_at_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) 
         holds: still periods.
         matrix: M.
     """
-    still = []
+    still, seen = [], 0
     for hold in holds:
+        if seen > ENOUGH_AT_REST:
+            break
         own = series.between(hold.start, hold.end)
         if len(own) >= MIN_SPECTRUM_SAMPLES:
             values = (own.values - own.values.mean(axis=0)) @ matrix.T
             still.append((values, median(np.diff(own.time)), float(len(own))))
+            seen += len(own)
     return _bands(still, QUARTER)
 
 
