@@ -302,7 +302,7 @@ def report(validated: bool = False) -> FitReport:
         eye / 0.991, bias, "m/s^2",
         (
             Parameter("bias_x", 0.1, 0.0004, "m/s^2", True, 0.0006),
-            Parameter("sensitivity_x", 0.991, 0.00005, ""),
+            Parameter("sensitivity_x", 0.991, 0.00005, "1"),
             Parameter("theta_yz", 0.0, 0.00007, "rad"),
             Parameter("theta_zy", 0.0, None, "rad", carried=False),
         ),
