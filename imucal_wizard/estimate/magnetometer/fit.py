@@ -274,7 +274,7 @@ class FieldMagnitudes:
                 data.model.dropped,
             ),
             unit=data.error_unit,
-            rms_before=experiment.scale_before * root_mean_square(errors(experiment.before())),
+            rms_before=root_mean_square(errors(experiment.before())),
             rms_fitted=root_mean_square(residual),
             rms_held_out=root_mean_square(out),
             floor=root_mean_square(np.sqrt(data.noise)),
