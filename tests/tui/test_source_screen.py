@@ -112,11 +112,12 @@ async def test_an_early_enter_does_not_put_another_source_in_place_of_the_one_or
         return fakes.FakeSource()
 
     services = replace(fakes.services(fakes.FakeSource()), open_source=take)
-    async with WizardApp(services, None, recording).run_test(size=USUAL) as pilot:
+    app = WizardApp(services, None, recording)
+    async with app.run_test(size=USUAL) as pilot:
         await shows(pilot, "Opening long.csv")
         await pilot.press("enter")
         read.set()
-        await shows(pilot, "is this what you expect?")
+        await until(pilot, lambda: app.state.source is not None)
     assert opened == [recording]
 
 
