@@ -100,13 +100,18 @@ class Readings:
         )
 
 
-def join_series(parts: Sequence[Series | None]) -> Series | None:
-    """Consecutive pieces of one sensor's samples as one series; None if no piece has samples."""
+def join_series(parts: Sequence[Series | None], time: FloatArray | None = None) -> Series | None:
+    """Consecutive pieces of one sensor's samples as one series; None if no piece has samples.
+
+    Args:
+        parts: the pieces.
+        time: the sample times of all pieces, where they are joined already.
+    """
     series = [part for part in parts if part is not None]
     if len(series) < 2:
         return series[0] if series else None
     return Series(
-        np.concatenate([part.time for part in series]),
+        np.concatenate([part.time for part in series]) if time is None else time,
         np.concatenate([part.values for part in series]),
         series[0].unit,
     )
@@ -114,10 +119,17 @@ def join_series(parts: Sequence[Series | None]) -> Series | None:
 
 def join_readings(parts: "list[Readings]") -> Readings:
     """Consecutive pieces of one stream as one recording."""
-    first = parts[0]
+    accelerometer = join_series([part.accelerometer for part in parts])
+    together = accelerometer is not None and all(
+        part.gyroscope is not None and part.gyroscope.time is part.accelerometer.time
+        for part in parts
+    )
     return Readings(
-        join_series([part.accelerometer for part in parts]) or first.accelerometer,
-        join_series([part.gyroscope for part in parts]),
+        accelerometer or parts[0].accelerometer,
+        join_series(
+            [part.gyroscope for part in parts],
+            accelerometer.time if together and accelerometer is not None else None,
+        ),
         join_series([part.magnetometer for part in parts]),
         join_series([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),

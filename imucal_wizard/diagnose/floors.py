@@ -86,7 +86,7 @@ def rounding_of(series: Series | None, holds: Sequence[Hold], gain: float) -> Ro
     still = [values for values in still if len(values) > 1]
     if not still:
         return None
-    step = max(_step(np.concatenate(still)[:, axis]) for axis in range(3))
+    step = max(_step(np.concatenate([values[:, k] for values in still])) for k in range(3))
     spread = min(median([values[:, k].std() for values in still]) for k in range(3))
     return Rounding(gain * step / np.sqrt(12.0), spread >= MIN_DITHER_STEPS * step)
 

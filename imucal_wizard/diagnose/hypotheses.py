@@ -93,10 +93,18 @@ def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     """Each effect on all its parameters together and on each of them alone."""
     terms = [candidate.term for candidate in misfit.candidates]
     share = PRIOR[EFFECT] / max(len(set(terms)), 1)
+    if not terms:
+        return []
+    columns = [candidate.columns * candidate.typical for candidate in misfit.candidates]
+    # one product of all columns is much faster than one for each candidate
+    every, ends = (
+        frame.across.T @ np.column_stack(columns),
+        np.cumsum([c.shape[1] for c in columns]),
+    )
     made = []
-    for place, candidate in enumerate(misfit.candidates):
+    for place, (candidate, end) in enumerate(zip(misfit.candidates, ends.tolist(), strict=True)):
         paired = candidate.effect.paired or terms[:place].count(candidate.term) % 2 == 1
-        patterns = frame.across.T @ (candidate.columns * candidate.typical)
+        patterns = every[:, end - columns[place].shape[1] : end]
         prior = share / terms.count(candidate.term)
         made.append(_effect(candidate, prior / 2.0, patterns, "", paired))
         count = patterns.shape[1]

@@ -159,8 +159,8 @@ def _decimal_table(block: bytes, separator: bytes, columns: int) -> FloatArray |
     """Read numbers of up to fifteen digits without an exponent, a sixth as long.
 
     All digits together are an exact integer, and so is the power of ten by which it is divided, so
-    that the quotient is rounded as correctly as any conversion. The digits before and after the
-    points are taken from all numbers at once.
+    that the quotient is rounded as correctly as any conversion. The digits are taken from all
+    numbers at once.
 
     Args:
         block: whole lines, each with LF at its end.
@@ -189,19 +189,18 @@ def _decimal_table(block: bytes, separator: bytes, columns: int) -> FloatArray |
     minus = chars[starts] == ord("-")
     signed = minus | (chars[starts] == ord("+"))
     pointed = is_point[last - 1] & (last > 0)
-    points = np.where(pointed, places[last - 1], ends)
-    before, decimals = points - starts - signed, ends - points - pointed
-    count = before + decimals
-    if before.min() < 0 or count.max() > _EXACT_DIGITS:
+    decimals = np.where(pointed, ends - places[last - 1] - 1, 0)
+    count = ends - starts - signed - pointed
+    if count.max() > _EXACT_DIGITS:
         return None
-    padded = bytes(2 * _WORD) + block
+    # without the points, the digits of a number stand together
+    padded = bytes(2 * _WORD) + block.translate(None, b".")
     words = np.ndarray((len(padded) - _WORD + 1,), "<u8", padded, 0, (1,))
-    whole = _digits(words, points + _WORD, before)
-    part = _digits(words, ends + _WORD, decimals)
+    digits = _digits(words, ends - np.cumsum(pointed) + _WORD, count)
     empty = count == 0
-    if whole is None or part is None or (empty & (signed | pointed)).any():
+    if digits is None or (empty & (signed | pointed)).any():
         return None
-    values: FloatArray = (whole * _INTEGER_POWERS[decimals] + part) / _EXACT_POWERS[decimals]
+    values: FloatArray = digits / _EXACT_POWERS[decimals]
     np.negative(values, out=values, where=minus)
     values[empty] = np.nan
     return values.reshape(-1, columns)
