@@ -1,6 +1,7 @@
 """Resolution of readings: the size of their steps, and the effect on noise and averages."""
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -94,6 +95,12 @@ def _share(ratio: FloatArray) -> FloatArray:
     return np.asarray(sums / (2.0 * np.pi**2))
 
 
+@cache
+def _observed() -> FloatArray:
+    """Variance after rounding over q² for each variance before it in ``_GRID``."""
+    return _GRID + 1.0 / 12.0 - _share(_GRID)
+
+
 def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArray:
     """Variance σ² of readings before rounding from their variance after it.
 
@@ -105,7 +112,7 @@ def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArra
         step: q, of the same shape; 0 for none.
     """
     ratio = _in_steps(rounded, step)
-    seen = _GRID + 1.0 / 12.0 - _share(_GRID)
+    seen = _observed()
     inside = np.interp(ratio, seen, _GRID)
     plain = np.maximum(ratio - 1.0 / 12.0, 0.0)
     found = np.where(ratio < seen[-1], inside, plain) * step**2

@@ -38,7 +38,7 @@ class Truth:
 
     def readings(self, inputs: FloatArray) -> FloatArray:
         """Readings of inputs, shape (n, 3)."""
-        return np.array([self.sensitivity @ x + self.bias for x in inputs])
+        return np.asarray(inputs @ self.sensitivity.T + self.bias)
 
 
 def typical_accelerometer() -> Truth:

@@ -91,7 +91,7 @@ class Session:
         own = Attitude.from_rotvec(self.misalignment)
         seen = own.inv().apply(attitude(poses, time).inv().apply(world))
         distortion = np.linalg.inv(CORRECTION)
-        readings = np.array([distortion @ one for one in seen]) + 0.1 * OFFSET
+        readings = seen @ distortion.T + 0.1 * OFFSET
         readings += 0.1 * NOISE * rng.standard_normal(readings.shape)
         return Series(time + self.clock, np.round(readings, 1), "uT")
 

@@ -35,7 +35,7 @@ def bin_of(directions: FloatArray) -> NDArray[np.intp]:
         Numbers from 0 to 99, shape (n,).
     """
     x, y, z = directions
-    ring = np.clip(np.searchsorted(_HEIGHTS, z, side="right") - 1, 0, len(RINGS) - 1)
+    ring = np.searchsorted(_HEIGHTS[1:-1], z, side="right")
     turn = np.arctan2(y, x) * (0.5 / np.pi)
     turn -= np.floor(turn)
     count = _COUNTS[ring]

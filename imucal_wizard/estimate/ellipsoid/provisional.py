@@ -98,7 +98,7 @@ class Provisional:
 
     def _doubt(self, points: FloatArray) -> FloatArray:
         slope = distances(self.theta, points, 0.0).slope
-        square = np.einsum("in,ij,jn->n", slope, self.covariance, slope)
+        square = np.einsum("in,in->n", slope, self.covariance @ slope)
         return np.asarray(np.sqrt(np.maximum(square, 0.0)) / self._radius)
 
     def _points(self, readings: FloatArray) -> FloatArray:

@@ -106,12 +106,11 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
             )
     if fit is None or survey.worst > MAX_SHOWN_DOUBT:
         return
-    distance = fit.look(readings)[0]
     stuck = stuck_samples(readings)
     if stuck:
-        check_saturation(stuck, distance, resolution_of(readings) / fit.magnitude)
+        check_saturation(stuck, survey.distance, resolution_of(readings) / fit.magnitude)
     if survey.worst <= MAX_JUDGED_DOUBT:
-        check_scatter(float(distance[survey.clean].std()), 1.0, readings)
+        check_scatter(float(survey.distance[survey.clean].std()), 1.0, readings)
         check_field(fit.magnitude, unit, None)
 
 

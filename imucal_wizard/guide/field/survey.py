@@ -107,6 +107,7 @@ class Survey:
         worst: the largest uncertainty of the ellipsoid, as a share of the field.
         quality: the four figures, or None while the ellipsoid is too uncertain.
         samples: the samples that are evaluated, shape (n, 3).
+        distance: deviation of each sample as a share of the field, shape (n,); NaN if unknown.
         clean: which of them are not disturbed, shape (n,).
         counts: samples in each area, shape (100,).
         off: deviation of each block as a share of the field, shape (n,); NaN if unknown.
@@ -126,6 +127,7 @@ class Survey:
         self.worst = np.inf
         self.quality: Quality | None = None
         self.samples: FloatArray = self._samples.values
+        self.distance: FloatArray = np.full(len(self.samples), np.nan)
         self.clean: BoolArray = np.ones(len(self.samples), bool)
         self.counts: NDArray[np.intp] = np.zeros(BINS, np.intp)
         self.off: FloatArray = np.full(len(self.log), np.nan)
@@ -180,12 +182,12 @@ class Survey:
         self.fit, self.worst = fit, fit.worst()
         self.off = fit.look(self.log.reading)[0]
         self.disturbed = self._judged(fit) & self._alive
-        distance, seen = fit.look(self._samples.values)
+        self.distance, seen = fit.look(self._samples.values)
         areas = bin_of(seen)
         self.clean = good = ~self.disturbed[self._samples.block]
         self.counts = np.bincount(areas[good], minlength=BINS)
         if self.worst < MAX_SHOWN_DOUBT:
-            self.quality = quality(seen[:, good] * (1.0 + distance[good]), areas[good])
+            self.quality = quality(seen[:, good] * (1.0 + self.distance[good]), areas[good])
         self._samples.thin(areas)
 
     def _judged(self, fit: Provisional) -> BoolArray:
