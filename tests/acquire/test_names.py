@@ -11,6 +11,7 @@ from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.readings import FloatArray
 from tests.acquire.streams import at_rest, feed, printed, read
+from tests.characters import CHARACTERS
 
 T, A, G = slice(0, 1), slice(1, 4), slice(4, 7)
 
@@ -85,7 +86,7 @@ def test_a_name_is_understood_or_left_alone(name: str, channel: str, unit: str) 
 
 
 @settings(max_examples=60, deadline=None)
-@given(text=st.text(max_size=80))
+@given(text=st.text(CHARACTERS, max_size=80))
 def test_arbitrary_text_does_not_make_the_vocabulary_fail(text: str) -> None:
     _, columns = describe_line(text)
     column_of_name(text)

@@ -19,6 +19,7 @@ from imucal_wizard.teach.draw import GRADE_NOISE, draw_effect, hidden_choices
 from imucal_wizard.teach.exercise import cover_answer, make_exercise, reveal, truth_in_words
 from imucal_wizard.teach.guess import Outcome, judge_guess, parse_guess
 from imucal_wizard.teach.seal import PADDED_BYTES, lock_text, seal_text, unseal_text
+from tests.characters import CHARACTERS
 
 GRADES = tuple(GRADE_NOISE)
 
@@ -62,7 +63,11 @@ def test_an_unknown_grade_is_refused() -> None:
         hidden_choices("military")
 
 
-@given(st.text(max_size=60), st.text(min_size=1, max_size=20), st.binary(min_size=16, max_size=16))
+@given(
+    st.text(CHARACTERS, max_size=60),
+    st.text(CHARACTERS, min_size=1, max_size=20),
+    st.binary(min_size=16, max_size=16),
+)
 def test_what_is_sealed_opens_with_its_key_and_with_no_other(
     text: str, key: str, salt: bytes
 ) -> None:

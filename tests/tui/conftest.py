@@ -5,6 +5,7 @@ from copy import deepcopy
 from pathlib import Path
 
 import pytest
+from textual._compositor import Compositor
 from textual.css.model import RuleSet
 from textual.css.stylesheet import Stylesheet
 
@@ -21,8 +22,13 @@ from tests.estimate.whole_session import Session
 
 @pytest.fixture(autouse=True, scope="session")
 def calm_screens() -> Iterator[None]:
-    """Scroll at once, draw less often, and parse each style sheet once for all apps."""
+    """Scroll at once, draw what a test looks at, and parse each style sheet once for all apps.
+
+    Without a terminal an app draws for nobody. Each kind of screen is drawn when it is first shown,
+    and every screen whenever a test reads it (``waiting.seen``).
+    """
     parse, known = Stylesheet._parse_rules, dict[object, list[RuleSet]]()
+    draw, drawn = Compositor.render_update, set[type]()
 
     def once(self: Stylesheet, css: str, *args: object, **options: object) -> list[RuleSet]:
         key = css, args, tuple(options.items()), tuple(self._variables.items())
@@ -30,10 +36,19 @@ def calm_screens() -> Iterator[None]:
             known[key] = parse(self, css, *args, **options)  # type: ignore[arg-type]
         return known[key]
 
+    def first(self: Compositor, *args: object, **options: object) -> object:
+        kind = type(self.root)
+        if kind not in drawn:
+            drawn.add(kind)
+            return draw(self, *args, **options)  # type: ignore[arg-type]
+        self._dirty_regions.clear()
+        return None
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("textual.constants.TEXTUAL_ANIMATIONS", "none")
         patch.setattr("textual.screen.UPDATE_PERIOD", 1.0 / 15.0)
         patch.setattr(Stylesheet, "_parse_rules", once)
+        patch.setattr(Compositor, "render_update", first)
         yield
 
 

@@ -31,12 +31,13 @@ from imucal_wizard.tui.panels.traces import trace, trace_rows
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
+from tests.characters import CHARACTERS
 from tests.tui.terminals import plain
 
 SI = ("m/s^2", "rad/s")
 
 
-@given(st.text())
+@given(st.text(CHARACTERS))
 def test_cleaned_text_holds_nothing_a_terminal_obeys(text: str) -> None:
     assert all(c.isprintable() or c == " " for c in clean(text))
 
