@@ -120,14 +120,16 @@ class Turns:
         """
         found = np.zeros((len(self._times), 3))
         each = zip(self._times, self._field_times, strict=True)
-        place = [np.searchsorted(time, at - offset, side="right") - 1 for time, at in each]
-        inside = [(k >= 0) & (k < len(t) - 1) for k, t in zip(place, self._times, strict=True)]
-        enough = np.array([one.sum() >= 3 for one in inside])
-        used = np.concatenate(inside) & enough[self._turn]
+        place = np.concatenate(
+            [time.searchsorted(at - offset, side="right") - 1 for time, at in each]
+        )
+        inside = (place >= 0) & (place < np.diff(self._first)[self._turn] - 1)
+        enough = np.bincount(self._turn[inside], minlength=len(self._times)) >= 3
+        used = inside & enough[self._turn]
         if not used.any():
             return found
         turn, field = self._turn[used], self._field[used]
-        index = np.concatenate(place)[used] + self._first[turn]
+        index = place[used] + self._first[turn]
         passed = (self._field_time[used] - offset - self._time[index])[:, None]
         whole = (self._time[index + 1] - self._time[index])[:, None]
         first = self._rate[index]
