@@ -4,6 +4,7 @@ Components are along the first axis, (3, n) and (4, n), so that each component i
 """
 
 import itertools
+import math
 
 import numpy as np
 
@@ -78,8 +79,26 @@ def carried_back(q: FloatArray, vectors: FloatArray) -> FloatArray:
 
 
 def rotation_matrix(vector: FloatArray) -> FloatArray:
-    """Rotation matrix of a rotation vector, rad, shape (3, 3)."""
-    return np.asarray(matrices(quaternions(vector[:, None]))[:, :, 0])
+    """Rotation matrix of a rotation vector, rad, shape (3, 3).
+
+    The bits of ``matrices`` of ``quaternions``; for one vector, numbers are faster than arrays.
+    """
+    px, py, pz = vector.tolist()
+    half = 0.5 * math.sqrt(px * px + py * py + pz * pz)
+    inside = math.pi * (half / math.pi)
+    # NumPy's functions: those of the C library may differ from them in the last bit
+    w = float(np.cos(half))
+    share = 0.5 * (float(np.sin(inside)) / inside if inside else 1.0)
+    x, y, z = share * px, share * py, share * pz
+    ww, xx, yy, zz = w * w, x * x, y * y, z * z
+    xy, xz, yz, wx, wy, wz = x * y, x * z, y * z, x * w, y * w, z * w
+    return np.array(
+        [
+            [ww + xx - yy - zz, 2.0 * (xy - wz), 2.0 * (xz + wy)],
+            [2.0 * (xy + wz), ww - xx + yy - zz, 2.0 * (yz - wx)],
+            [2.0 * (xz - wy), 2.0 * (yz + wx), ww - xx - yy + zz],
+        ]
+    )
 
 
 def rotation_vector(rotation: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """One way in: the same text as a stream, cut anywhere, and as a file says the same."""
 
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -152,11 +153,12 @@ def _as_stream(style: Style, cuts: list[float]) -> tuple[Intake, Readings]:
     return intake, join_readings(found)
 
 
-def _as_file(style: Style) -> Readings:
+@cache
+def _as_file(name: str) -> Readings:
     with TemporaryDirectory() as folder:
         path = Path(folder) / "recording.txt"
-        path.write_bytes(style.text.encode())
-        return read_files([path], style.options)
+        path.write_bytes(STYLES[name].text.encode())
+        return read_files([path], STYLES[name].options)
 
 
 def _same(stream: Series | None, file: Series | None) -> None:
@@ -175,7 +177,7 @@ def _same(stream: Series | None, file: Series | None) -> None:
 def test_a_stream_and_a_file_of_the_same_text_are_the_same(name: str, cuts: list[float]) -> None:
     style = STYLES[name]
     intake, stream = _as_stream(style, [i / 60 for i in range(60)] + cuts)
-    file = _as_file(style)
+    file = _as_file(name)
     assert intake.malformed == 0
     for sensor in ("accelerometer", "gyroscope", "magnetometer", "temperature", "current"):
         _same(getattr(stream, sensor), getattr(file, sensor))
@@ -185,7 +187,7 @@ def test_a_stream_and_a_file_of_the_same_text_are_the_same(name: str, cuts: list
 def test_a_stream_and_a_file_of_the_same_text_have_the_same_holds(name: str) -> None:
     style = STYLES[name]
     found = []
-    for readings in (_as_stream(style, [i / 100 for i in range(100)])[1], _as_file(style)):
+    for readings in (_as_stream(style, [i / 100 for i in range(100)])[1], _as_file(name)):
         reduced = reduce_recording(readings)
         assert reduced is not None
         found.append(holds_under(reduced, reduced.noise.limits(4.0)))

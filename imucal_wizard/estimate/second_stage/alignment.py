@@ -240,7 +240,11 @@ def ends(up: FloatArray, field: FloatArray) -> list[End]:
 
 def dip_errors(up: FloatArray, field: FloatArray, rotation: FloatArray, level: float) -> FloatArray:
     """``u·R m − level`` of each position, shape (n,)."""
-    return np.asarray((up * (field @ rotation.T)).sum(axis=1) - level)
+    return _errors(up, field @ rotation.T, level)
+
+
+def _errors(up: FloatArray, turned: FloatArray, level: float) -> FloatArray:
+    return np.asarray((up * turned).sum(axis=1) - level)
 
 
 def dip_columns(up: FloatArray, turned: FloatArray) -> FloatArray:
@@ -267,16 +271,17 @@ def descent(
         tolerance: of the last step.
     """
     damping = 1e-6
-    turned, error = field @ rotation.T, dip_errors(up, field, rotation, level)
+    turned = field @ rotation.T
+    error = _errors(up, turned, level)
     for _ in range(ALIGNMENT_ITERATIONS):
         columns = dip_columns(up, turned)
         normal = columns.T @ columns
         step = -np.linalg.solve(normal + damping * np.eye(4), columns.T @ error)
         trial = rotation_matrix(np.asarray(step[:3], float)) @ rotation
-        new = dip_errors(up, field, trial, level + float(step[3]))
+        moved = field @ trial.T
+        new = _errors(up, moved, level + float(step[3]))
         if new @ new <= error @ error + 1e-18:
-            rotation, level, error = trial, level + float(step[3]), new
-            turned = field @ rotation.T
+            rotation, level, turned, error = trial, level + float(step[3]), moved, new
             damping = max(damping / 10.0, 1e-12)
             if np.abs(step).max() < tolerance:
                 break
@@ -294,18 +299,21 @@ def robust_descent(up: FloatArray, field: FloatArray, rotation: FloatArray, leve
 
     Squares let one wrong position bend the rotation until it no longer stands out.
     """
+    turned = field @ rotation.T
+    error = _errors(up, turned, level)
     for _ in range(ALIGNMENT_ITERATIONS):
-        error = dip_errors(up, field, rotation, level)
-        columns = dip_columns(up, field @ rotation.T)
-        weight = 1.0 / np.maximum(np.abs(error), 1e-3 * float(np.abs(error).max()) + 1e-12)
+        columns, size = dip_columns(up, turned), np.abs(error)
+        weight = 1.0 / np.maximum(size, 1e-3 * float(size.max()) + 1e-12)
         normal = (columns.T * weight) @ columns
         ridge = 1e-9 * float(np.trace(normal)) * np.eye(4)
         step = -np.linalg.solve(normal + ridge, columns.T @ (weight * error))
-        trial = rotation_matrix(np.asarray(step[:3], float)) @ rotation, level + float(step[3])
-        if not _absolute(up, field, *trial) < _absolute(up, field, rotation, level):
+        trial = rotation_matrix(np.asarray(step[:3], float)) @ rotation
+        moved = field @ trial.T
+        error = _errors(up, moved, level + float(step[3]))
+        if not np.abs(error).sum() < size.sum():
             break
-        rotation, level = trial
-        if np.abs(step).max() < ROUGH_STEP * float(np.abs(error).mean()):
+        rotation, level, turned = trial, level + float(step[3]), moved
+        if np.abs(step).max() < ROUGH_STEP * float(size.mean()):
             break
     return rotation, level
 
