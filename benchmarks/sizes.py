@@ -18,6 +18,8 @@ ratio is within 20 %.
     --design       18 or 26+12 poses
     --recordings   sessions of each effect
     --seed         of the first; other seeds give other recordings
+    --same-poses   the other recording has the same poses at the same times and temperatures, so
+                   that only the noise is new; not for the gyroscope
     --only         part of an effect's name; --colour of the accelerometer's noise
 """
 
@@ -31,7 +33,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from benchmarks.complete import interval
-from benchmarks.hidden.designs import PLANS
+from benchmarks.hidden.designs import PLANS, drawn_schedule
 from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.recording import record
@@ -69,11 +71,20 @@ GRADE = "consumer"
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be studied: sensor, poses, and colour of the accelerometer's noise."""
+    """What is to be studied.
+
+    Attributes:
+        sensor: name of the sensor.
+        design: poses of a session.
+        colour: of the accelerometer's noise.
+        same_poses: whether the recording with the effect has the poses, times and temperatures of
+            the session whose sizes are told.
+    """
 
     sensor: str
     design: str
     colour: str
+    same_poses: bool = False
 
 
 @dataclass(frozen=True)
@@ -153,11 +164,15 @@ def said(asked: Asked, hidden: Hidden, setting: float | None, seed: int) -> tupl
             COLOURS[asked.colour],
             np.random.default_rng([other]),
         )
-        misfit = left_over(measured_of(record(plan, colour, (hidden,), rng, setting=setting)))
+        # the session of the sizes told has drawn its schedule before all else
+        told = drawn_schedule(plan, np.random.default_rng([seed])) if asked.same_poses else None
+        recorded = record(plan, colour, (hidden,), rng, setting=setting, schedule=told)
+        misfit = left_over(measured_of(recorded))
         return _judged(misfit, _chances(asked))
     field_plan = _field_plan(asked)
-    device = sessions.session_of(field_plan, seed).model
-    session = replace(sessions.session_of(field_plan, other), model=device)
+    session = sessions.session_of(field_plan, seed)
+    if not asked.same_poses:
+        session = replace(sessions.session_of(field_plan, other), model=session.model)
     rng = np.random.default_rng([other, 0])
     data = of_field.record(session, of_field.CONSUMER, (hidden,), rng)
     misfit = field_trials.left_over(data, fit(data))
@@ -271,11 +286,16 @@ def main() -> None:
     parser.add_argument("--recordings", type=int, default=40)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--only", action="append", default=[], help="part of an effect's name")
+    parser.add_argument("--same-poses", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
-    asked = Asked(given.sensor, given.design, given.colour)
+    if given.same_poses and given.sensor == GYROSCOPE:
+        parser.error("the hand that turns a gyroscope and its noise have one seed")
+    asked = Asked(given.sensor, given.design, given.colour, given.same_poses)
     print(machine())
-    print(f"{asked.sensor}, {asked.design} poses: size told over size found [90 %], at that told")
+    where = "the same poses and temperatures" if asked.same_poses else "other poses"
+    print(f"{asked.sensor}, {asked.design} poses, found in recordings with {where}:")
+    print("size told over size found [90 %], at that told")
     print(f"{'hidden':<26}{'seen':>22}{'':>9}{'named':>22}{'':>9}{'wrong':>6}")
     every: list[Threshold] = []
     right = count = 0

@@ -74,6 +74,7 @@ def record(
     extra: "Extra | None" = None,
     device: Device = USUAL,
     setting: float | None = None,
+    schedule: Schedule | None = None,
 ) -> Recorded:
     """One session.
 
@@ -85,8 +86,10 @@ def record(
         extra: what is no effect of the catalogue.
         device: its converter and sampling rate.
         setting: moment of a step and time constant of a warm-up, s; by chance when not given.
+        schedule: how the session went; drawn from the plan when not given.
     """
-    schedule = drawn_schedule(plan, rng)
+    if schedule is None:
+        schedule = drawn_schedule(plan, rng)
     sensor = SensorModel.drawn(int(rng.integers(2**31))).accelerometer
     noise, drift = (MILLI_G * part for part in batch_noise(colour, schedule, rng))
     step = float(rng.uniform(0.3, 0.7) * (schedule.end[-1] - schedule.start[0]))

@@ -119,17 +119,14 @@ def join_series(parts: Sequence[Series | None], time: FloatArray | None = None) 
 
 def join_readings(parts: "list[Readings]") -> Readings:
     """Consecutive pieces of one stream as one recording."""
-    accelerometer = join_series([part.accelerometer for part in parts])
-    together = accelerometer is not None and all(
+    accelerometer = join_series([part.accelerometer for part in parts]) or parts[0].accelerometer
+    together = all(
         part.gyroscope is not None and part.gyroscope.time is part.accelerometer.time
         for part in parts
     )
     return Readings(
-        accelerometer or parts[0].accelerometer,
-        join_series(
-            [part.gyroscope for part in parts],
-            accelerometer.time if together and accelerometer is not None else None,
-        ),
+        accelerometer,
+        join_series([part.gyroscope for part in parts], accelerometer.time if together else None),
         join_series([part.magnetometer for part in parts]),
         join_series([part.temperature for part in parts]),
         tuple(dict.fromkeys(text for part in parts for text in part.warnings)),

@@ -96,11 +96,9 @@ def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     if not terms:
         return []
     columns = [candidate.columns * candidate.typical for candidate in misfit.candidates]
+    ends = np.cumsum([one.shape[1] for one in columns])
     # one product of all columns is much faster than one for each candidate
-    every, ends = (
-        frame.across.T @ np.column_stack(columns),
-        np.cumsum([c.shape[1] for c in columns]),
-    )
+    every = frame.across.T @ np.column_stack(columns)
     made = []
     for place, (candidate, end) in enumerate(zip(misfit.candidates, ends.tolist(), strict=True)):
         paired = candidate.effect.paired or terms[:place].count(candidate.term) % 2 == 1
