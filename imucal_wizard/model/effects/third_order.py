@@ -77,7 +77,8 @@ class ThirdOrder(AxisEffect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """``x_i³``, g³ or (°/s)³."""
         del variant
-        return sensed(sensor, c) ** 3
+        own = sensed(sensor, c)
+        return own * own * own  # a power takes twenty times as long
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""
