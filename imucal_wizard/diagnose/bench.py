@@ -20,11 +20,11 @@ from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, explained
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
-from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals, whitened_rows
 from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fit import VALLEY, fit, refined_minimum, residual_table
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
@@ -295,11 +295,16 @@ class Bench:
             known = {one.name: one for one in shown}
             terms = [Term(known[name], variant) for name, variant in found]
             try:
-                there = fit(self.measured, (*self.fit.terms, *terms), self.fit.base)
+                # what is left of the way is linear
+                there = refined_minimum(
+                    self.measured, (*self.fit.terms, *terms), self.fit.base, VALLEY
+                )
             except DataError:
                 break
-            misfit = whitened_residuals(there, shown, names)
-            hypotheses, posterior = explained(misfit)
+            misfit = whitened_rows(there, residual_table(there), shown, names)
+            # squares that the linear model neglects look like noise: they only add to it
+            wander = hypotheses.frame.largest_wander(posterior.noise)
+            hypotheses, posterior = explained(misfit, wander)
         return misfit, hypotheses, posterior
 
     def with_curves(self, found: BenchFindings) -> BenchFindings:

@@ -37,6 +37,7 @@ class ExplainedVariance:
         self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
         self.coordinates = hypotheses.frame.across.T @ misfit.residual
         self._wandering = posterior.noise.sum(axis=1)
+        self.largest_wander = hypotheses.frame.largest_wander(posterior.noise)
         single, paired = posterior.single, posterior.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
         self.noise = float(

@@ -209,7 +209,7 @@ def try_curves(
     frame = hypotheses.frame
     prior = float(np.log(PRIOR[UNKNOWN] / len(curves) / len(LENGTHS)))
     candidates = [
-        candidate_at(fit, curve, float(SETTINGS.index((length, 1.0))))
+        candidate_at(misfit, curve, float(SETTINGS.index((length, 1.0))))
         for curve in curves
         for length in LENGTHS
     ]

@@ -1,7 +1,6 @@
 """One word per sensor for a technician: good, doubtful or not usable, and why in one sentence."""
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -129,6 +128,8 @@ def read_limits(path: Path) -> Limits:
         RecordingError: the file cannot be read or is no TOML.
         UsageError: a key, grade, number or unit is not known.
     """
+    import tomllib
+
     try:
         given = tomllib.loads(read_document(path).decode())
     except (ValueError, RecursionError) as error:

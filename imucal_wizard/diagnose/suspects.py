@@ -135,7 +135,7 @@ class Suspect:
 
         def unlikely(at: float) -> float:
             if at not in tried:
-                candidate = candidate_at(self.misfit.fit, first.effect, float(np.exp(at)))
+                candidate = candidate_at(self.misfit, first.effect, float(np.exp(at)))
                 tried[at] = try_effects(self.misfit, (candidate,), self.noise)
             return unlikeliness(tried[at].found)
 

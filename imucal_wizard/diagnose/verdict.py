@@ -362,7 +362,7 @@ def _leaves_structure(
     left = misfit.lack_beside(hypotheses.frame.across @ inside)
     if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
         return False
-    beside = hypotheses.beside(best.coordinates, inside)
+    beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
     if left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT:
         return True
     return beside[UNKNOWN] > MIN_UNKNOWN_LEFT

@@ -345,7 +345,7 @@ class GyroscopeExperiment(Movable):
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
-        whole, plain, balance = self.in_session(found), found.covariance(), found.balance
+        whole, plain, balance = found.in_session, found.covariance(), found.balance
         if whole is None or plain is None or found.base != BASE:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))
