@@ -137,7 +137,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _closures(diagnosis: Diagnosis) -> list[str]:
     """What the gyroscope's rotations say of each explanation."""
     opinion = _opinion(diagnosis)
-    if opinion.heard is None:
+    if opinion.heard is None or diagnosis.verdict is Verdict.DISTURBED:
         return []
     order = sorted(opinion.heard.with_terms.items(), key=lambda one: -one[1].log_evidence)
     closures = [(terms, opinion.closures(terms)) for terms, _ in order]
@@ -156,11 +156,18 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
         end = f": that decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
     elif opinion.heard.against_all:
         end = f": it speaks against {'it' if len(known) == 1 else 'each of them'}"
-    return [f"The gyroscope's closure is {quantity(known[0][1][0], 'rad')} now, {each}{end}."]
+    now = quantity(known[0][1][0], "rad")
+    first = f"was {now} before" if diagnosis.added else f"is {now} now"
+    return [f"The gyroscope's closure {first}, {each}{end}."]
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     left = f"More than noise is left: {_against_noise(bench)}."
+    if bench.within_floor:
+        left = (
+            f"The error is {_against_noise(bench)}, but what is left follows a pattern that noise "
+            "does not make."
+        )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
@@ -337,11 +344,12 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     return [
         (
-            f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
-            "tested here does, and without it only noise is left: something probably moved. "
-            "Measure it again; nothing has been deleted."
+            f"{_capital(_and(places) or 'one hold')} {verb} what is left better than any effect "
+            f"tested here does, and without {them} only noise is left: something probably moved. "
+            f"Measure {them} again; nothing has been deleted."
         )
     ]
 
@@ -359,7 +367,9 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
     sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
     if diagnosis.bench is not None:
-        sentences.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
+        fit = diagnosis.bench.fit
+        what = "all other parameters of " if fit.not_determined else ""
+        sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     return sentences
 
 
@@ -384,7 +394,9 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         else:
             sentences.append(
-                f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."
+                f"Visits to a pose differ by {repeats}, where the noise within a hold makes "
+                f"{within}: the reading does not repeat, or the error differs between poses that "
+                "are nearly alike."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:

@@ -1,16 +1,20 @@
 """Marginal likelihoods are what the textbook's density says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT, PAIR_SPREAD, UNKNOWN
-from imucal_wizard.diagnose.posterior import HypothesisSet
+from imucal_wizard.diagnose.posterior import HypothesisSet, explained, hypothesis_set
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.significance import log_evidences
 from imucal_wizard.diagnose.verdict import judge_misfit
+from tests.diagnose.recordings import fitted
 from tests.diagnose.sessions import session
 
 
@@ -50,6 +54,25 @@ def test_a_single_explanation_has_the_density_of_its_covariance(kind: str) -> No
         each = [density(hypotheses, misfit.residual, [(one.patterns, s)]) for s in one.spreads]
         assert evidence[place] == pytest.approx(logsumexp(each, b=one.shares), abs=1e-6)
     assert evidence[0] == pytest.approx(density(hypotheses, misfit.residual, []), abs=1e-6)
+
+
+def test_what_the_model_takes_up_explains_nothing_at_any_size() -> None:
+    """Third-order terms are squares of the cubic cross term that was added, up to a scale.
+
+    What is left of them, some 10⁻⁵, is what a linear model neglects. A residual along it would
+    otherwise need a size of hundreds of times the usual one, and no other term would give it.
+    """
+    bench = Benches(*fitted(poses="26+repeats", seed=5)).accelerometer
+    bench.add("cubic-cross")
+    misfit = bench.look().misfit
+    frame = hypothesis_set(misfit, pairs=False).frame
+    alias = next(one for one in misfit.candidates if one.term == "third-order")
+    left = frame.across @ (frame.across.T @ alias.columns[:, 0])
+    assert 0.0 < np.linalg.norm(left) < 1e-3 * np.linalg.norm(alias.columns[:, 0])
+    wrong = replace(misfit, residual=100.0 * left / np.linalg.norm(left))
+    hypotheses, posterior = explained(wrong)
+    of_alias = [one.terms == ("third-order",) for one in hypotheses.single]
+    assert posterior.single[of_alias].sum() < 0.1
 
 
 def test_pairs_have_the_density_of_both_patterns() -> None:
