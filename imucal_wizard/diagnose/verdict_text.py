@@ -10,6 +10,7 @@ from imucal_wizard.core.quantities import quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
+    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -270,11 +271,17 @@ def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     """The likeliest effect of the catalogue, if noise alone hardly ever makes it as likely.
 
-    None where effects were added: the suspects are those of the model before.
+    Its size must be clear beside what it leaves, which may be far more than the noise. None where
+    effects were added: the suspects are those of the model before.
     """
     effects = [one for one in diagnosis.suspects if one.likeliest and not one.likeliest.effect.free]
-    known = effects and not diagnosis.added and effects[0].p <= TEST_LEVEL
-    return effects[0] if known else None
+    first = effects[0] if effects and not diagnosis.added else None
+    if first is None or first.trial is None or first.p > TEST_LEVEL:
+        return None
+    size, error = (
+        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
+    )
+    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
