@@ -65,11 +65,6 @@ class Posterior:
     wander: float
 
     @property
-    def wandering(self) -> float:
-        """Probability that the noise wanders at all."""
-        return float(self.noise[1:].sum())
-
-    @property
     def expected_noise(self) -> float:
         """Expected noise over all explanations, in units of that within the holds."""
         return float(self.single @ self.sigma + self.paired @ self.sigma_paired)

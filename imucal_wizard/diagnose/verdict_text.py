@@ -10,6 +10,7 @@ from imucal_wizard.core.quantities import quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
+    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -137,7 +138,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _closures(diagnosis: Diagnosis) -> list[str]:
     """What the gyroscope's rotations say of each explanation."""
     opinion = _opinion(diagnosis)
-    if opinion.heard is None:
+    if opinion.heard is None or diagnosis.verdict is Verdict.DISTURBED:
         return []
     order = sorted(opinion.heard.with_terms.items(), key=lambda one: -one[1].log_evidence)
     closures = [(terms, opinion.closures(terms)) for terms, _ in order]
@@ -156,11 +157,18 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
         end = f": that decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
     elif opinion.heard.against_all:
         end = f": it speaks against {'it' if len(known) == 1 else 'each of them'}"
-    return [f"The gyroscope's closure is {quantity(known[0][1][0], 'rad')} now, {each}{end}."]
+    now = quantity(known[0][1][0], "rad")
+    first = f"was {now} before" if diagnosis.added else f"is {now} now"
+    return [f"The gyroscope's closure {first}, {each}{end}."]
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     left = f"More than noise is left: {_against_noise(bench)}."
+    if bench.within_floor:
+        left = (
+            f"The error is {_against_noise(bench)}, but what is left follows a pattern that noise "
+            "does not make."
+        )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
@@ -263,11 +271,17 @@ def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     """The likeliest effect of the catalogue, if noise alone hardly ever makes it as likely.
 
-    None where effects were added: the suspects are those of the model before.
+    Its size must be clear beside what it leaves, which may be far more than the noise. None where
+    effects were added: the suspects are those of the model before.
     """
     effects = [one for one in diagnosis.suspects if one.likeliest and not one.likeliest.effect.free]
-    known = effects and not diagnosis.added and effects[0].p <= TEST_LEVEL
-    return effects[0] if known else None
+    first = effects[0] if effects and not diagnosis.added else None
+    if first is None or first.trial is None or first.p > TEST_LEVEL:
+        return None
+    size, error = (
+        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
+    )
+    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
@@ -337,11 +351,12 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     return [
         (
-            f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
-            "tested here does, and without it only noise is left: something probably moved. "
-            "Measure it again; nothing has been deleted."
+            f"{_capital(_and(places) or 'one hold')} {verb} what is left better than any effect "
+            f"tested here does, and without {them} only noise is left: something probably moved. "
+            f"Measure {them} again; nothing has been deleted."
         )
     ]
 
@@ -359,7 +374,9 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
     sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
     if diagnosis.bench is not None:
-        sentences.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
+        fit = diagnosis.bench.fit
+        what = "all other parameters of " if fit.not_determined else ""
+        sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     return sentences
 
 
@@ -384,7 +401,9 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         else:
             sentences.append(
-                f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."
+                f"Visits to a pose differ by {repeats}, where the noise within a hold makes "
+                f"{within}: the reading does not repeat, or the error differs between poses that "
+                "are nearly alike."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:

@@ -19,6 +19,7 @@ from imucal_wizard.estimate.parameters import nominal_angle, triangular_paramete
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
+from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.identifiability import (
@@ -228,13 +229,22 @@ class AccelerometerExperiment(Experiment):
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
-        rows = cast("MagnitudeRows", found.rows[0])
-        excess = found.balance.variance - found.system.own
-        by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
+        rows, system = cast("MagnitudeRows", found.rows[0]), found.system
+        by_entries = rows.up_columns()
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
-        doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-        return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        def referred(covariance: FloatArray | None, excess: FloatArray) -> GravityReference:
+            steps = principal_steps(covariance)
+            doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+            return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        excess = found.balance.variance - system.own
+        known = referred(found.covariance(), excess)
+        if not excess.any():
+            return known
+        alone = solved(system, system.own, found.balance.precision).covariance
+        return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
 
     def referred(
         self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray

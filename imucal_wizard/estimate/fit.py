@@ -19,6 +19,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.held_out import (
+    HeldOut,
     floor_fitted,
     held_out,
     items_of,
@@ -242,7 +243,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     experiment, calibration, terms = found.experiment, found.calibration, found.terms
     errors, left_out = found.errors, held_out(found)
     out = None if left_out is None else left_out.errors
-    table = residual_table(found, out)
+    table, floors = residual_table(found, out), _floors(found, left_out)
     repeats = repeatability_of(table)
     of_entries, of_sizes, by_repeats = _covariances(found, table, repeats)
     size_errors = np.full(len(terms), np.nan)
@@ -274,8 +275,8 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         rms_fitted=items.rms(errors),
         rms_held_out=None if out is None else items.rms(out),
         held_out_interval=None if left_out is None else left_out.interval,
-        floor=None if left_out is None else left_out.floor,
-        floor_fitted=floor_fitted(found) if left_out is None else left_out.floor_fitted,
+        floor=floors[0],
+        floor_fitted=floors[1],
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
@@ -297,6 +298,17 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         outlier=odd,
         minimum=found,
     )
+
+
+def _floors(found: Minimum[Experiment], left_out: HeldOut | None) -> tuple[float | None, float]:
+    """What measured noise makes of the rms held out and fitted, under a complete reference."""
+    by_noise = found.experiment.by_noise_alone
+    if by_noise is not found.experiment:
+        found = under_reference(found, by_noise)
+        left_out = None if left_out is None else held_out(found)
+    if left_out is None:
+        return None, floor_fitted(found)
+    return left_out.floor, left_out.floor_fitted
 
 
 def _covariances(

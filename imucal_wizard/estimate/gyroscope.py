@@ -259,6 +259,11 @@ class GyroscopeExperiment(Movable):
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
 
+    @property
+    def by_noise_alone(self) -> "GyroscopeExperiment":
+        """See ``Experiment``."""
+        return self.under(self.of.noise_alone, None)
+
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""
         table, read = found.rows, self.rest.reading

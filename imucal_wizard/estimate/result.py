@@ -65,6 +65,8 @@ class GravityReference:
         gain: m/s² per reading unit of the accelerometer, at its largest.
         gravity: m/s².
         undetermined: how many of the k ways, the last, no pose measured: parameters of usual size.
+        noise_alone: the same with the errors that measured noise alone makes, where what the
+            accelerometer's model leaves is more; None where it is not.
     """
 
     up: FloatArray
@@ -74,6 +76,7 @@ class GravityReference:
     gain: float
     gravity: float
     undetermined: int = 0
+    noise_alone: "GravityReference | None" = None
 
 
 def worse_than_none(

@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import FACES
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
@@ -18,6 +19,7 @@ from imucal_wizard.diagnose.survey import (
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
@@ -113,6 +115,20 @@ def test_a_wrong_member_of_the_right_family_is_told_from_a_riddle() -> None:
     assert "No effect known here" not in text
 
 
+def test_what_takes_little_of_the_misfit_is_not_probable() -> None:
+    """The bias of z swings once and a half, which a warm-up hardly takes any of."""
+    report, _ = fitted(poses="26+repeats", seed=5)
+    first, last = report.holds[0].start, report.holds[-1].end
+
+    def swung(_: int, hold: Hold) -> FloatArray:
+        phase = 3.0 * np.pi * (hold.start - first) / (last - first)
+        return np.array([0.0, 0.0, 4.0 * MG * np.sin(phase)])
+
+    said = diagnose_benches(Benches(moved(report, swung)), {}, automatic=True)[0]
+    assert said.verdict in (Verdict.NOT_REPEATABLE, Verdict.UNEXPLAINED)
+    assert "probably" not in said.says
+
+
 def test_a_moved_hold_is_accused_and_asked_for_again() -> None:
     """A milli-g in one hold is no physics; nothing is added and nothing deleted."""
     report, _ = fitted(poses="26+repeats", seed=5)
@@ -132,7 +148,7 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
     said = statement_of(Benches(refitted(report, faces, readings), readings))
     assert said.verdict is Verdict.INSUFFICIENT
     assert "theta" in said.says
-    assert "bias, scale" in said.says
+    assert "They determine all other parameters of bias, scale." in said.says
     assert said.next_poses
 
 
@@ -177,6 +193,17 @@ def test_while_a_part_of_the_base_is_left_out_no_effect_is_named() -> None:
     assert said.verdict is Verdict.COMPLETE
     added = [rung.added for rung in climbed.accelerometer.ladder]
     assert added == [None, "scale", "non-orthogonality"]
+
+
+def test_the_noise_of_the_gyroscope_has_nothing_of_what_the_accelerometer_lacks() -> None:
+    """A second-order term tilts gravity by 0.07°, and the rotations close by no less."""
+    good = benches(rotations=3).report.sensors["gyroscope"]
+    poor = benches("second-order:5:x", rotations=3).report.sensors["gyroscope"]
+    assert poor.rms_held_out is not None
+    assert good.floor is not None
+    assert poor.rms_held_out > 1.5 * good.floor
+    assert poor.floor == pytest.approx(good.floor, rel=0.05)
+    assert poor.floor_fitted == pytest.approx(good.floor_fitted, rel=0.05)
 
 
 def statement_of(benches: Benches) -> Diagnosis:

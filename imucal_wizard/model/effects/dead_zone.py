@@ -49,8 +49,8 @@ class DeadZone(AxisEffect):
             "anything moves, and falls short by that threshold from there on.",
             equation="error on an axis = threshold against the force, whatever the force is",
             signature="A jump where the axis is level. Most of it passes for a scale error: at "
-            "both faces the same sign is left, and where the axis is level or at 45° the other "
-            "one, much as an odd-order term leaves it.",
+            "both faces and where the axis is level the same sign is left, and around 45° the "
+            "other one, much as an odd-order term leaves it.",
             needs="Poses with the axis level, tilted by a few degrees to either side, and at 45°. "
             "Without them the odd quadratic and the third-order term explain it as well.",
             remedy="Add the term for use beyond the zone; inside it nothing can be corrected. "
