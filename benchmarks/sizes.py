@@ -263,6 +263,12 @@ class Compared:
         low, high = np.quantile(resampled, (0.05, 0.95))
         return float(np.median(self.ratios())), float(low), float(high)
 
+    @property
+    def may_be_right(self) -> bool:
+        """Whether the median is within 20 %, as far as these sessions tell."""
+        _, low, high = self.interval
+        return low < RIGHT_SIZE and high > 1.0 / RIGHT_SIZE
+
 
 def compared(
     usual: dict[str, FloatArray], told: Sequence[Told], least: Sequence[Least]
