@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, with_effects
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import complement
@@ -117,6 +117,13 @@ class WhitenedResiduals:
     def measured(self, columns: FloatArray) -> FloatArray:
         """Measured rows, in the sensor's error unit, from whitened ones, shape (n,) or (n, k)."""
         return self.independent.scaled(self.noise**0.5, columns)
+
+    def with_effects(self, candidates: Sequence[Candidate]) -> Minimum[Experiment]:
+        """Where the fit arrives with effects, by one step; with none, where it is."""
+        terms = [Term(one.effect, one.variant) for one in candidates]
+        columns = np.column_stack([np.zeros((len(self), 0)), *(one.columns for one in candidates)])
+        # an effect of size s leaves what adding s to the model takes away
+        return with_effects(self.minimum, terms, -self.independent.rows(self.measured(columns)))
 
     @property
     def visits(self) -> Visits:
