@@ -128,7 +128,7 @@ class CurveShape:
             rise = plus_minus(self.steep.rise, self.steep.rise_error)
             return f"{self._where()}, {with_unit(rise, self.unit)} high"
         span = with_unit(plus_minus(self.span, self.span_error), self.unit)
-        return f"{self._where()}, {span} from its lowest to its highest point"
+        return f"{self._where()}, {span} between its lowest and its highest point"
 
     def _where(self) -> str:
         steep, unit = self.steep, self.x_unit

@@ -50,7 +50,7 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
         f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
-        f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
+        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
     ]
 
 
@@ -120,7 +120,7 @@ def seen_from(one: Suspect) -> str:
         if one.never_named:
             words += f" but on {', '.join(one.never_named)} at no size"
     else:
-        words += ", named at no size: other explanations leave as little"
+        words += ", named at no size: other explanations fit as well"
     if one.sized.variant is not None:
         words += f" (at {one.sized.variant:.0f} s)"
     hard = one.hardly_shown

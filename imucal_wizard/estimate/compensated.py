@@ -87,8 +87,8 @@ _ALREADY = "its readings are already compensated, or it is exceptionally good."
 _OFFSET = {
     "accelerometer": "its offset is already compensated, or exceptionally small. This calibration "
     "holds for readings compensated in the same way.",
-    "gyroscope": "the device takes it out by itself (automatic calibration at rest), or it is "
-    "exceptionally small. What it takes out may change: leave the bias at zero, use the matrix.",
+    "gyroscope": "the device removes it by itself (automatic calibration at rest), or it is "
+    "exceptionally small. This correction may change: leave the bias at zero, use the matrix.",
 }
 _RAW = {
     "accelerometer": "To calibrate the sensor itself, switch the compensation off (BNO055: a mode "
@@ -104,7 +104,7 @@ def _worth(fit: SensorFit) -> str:
         return "This calibration holds for these readings only, not for raw ones."
     errors = f"{quantity(before, fit.unit)} before, {quantity(after, fit.unit)} held out"
     if after > WORTH * before:
-        return f"Keep the readings as they are: the calibration gains nothing ({errors})."
+        return f"Use the readings as they are: the calibration does not improve them ({errors})."
     return (
         f"This calibration is a small correction on top of that ({errors}): never apply it to raw "
         "readings."

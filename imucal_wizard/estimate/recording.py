@@ -413,6 +413,6 @@ def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorF
 
 def _stands_out(place: str, outlier: Outlier) -> str:
     return (
-        f"{place} does not fit with the others: its error is {outlier.ratio:.0f} times theirs. "
+        f"{place} does not agree with the others: its error is {outlier.ratio:.0f} times theirs. "
         "Measure it again"
     )

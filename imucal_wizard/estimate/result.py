@@ -229,7 +229,7 @@ class SensorFit:
         """What ``rms_before`` is where there is no nominal conversion, or ""."""
         if self.bias_unit != COUNT or self.rms_before is None:
             return ""
-        return "before: by one common scale and a bias, since counts have no unit"
+        return "“before” uses one common scale and a bias, since counts have no unit"
 
     @property
     def slow_noise_note(self) -> str:
@@ -294,8 +294,8 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
     if off < MIN_SINGLE_AXIS_ERROR:
         return ""
     return (
-        f"Static and dynamic are off by up to {100.0 * off:.2g} %: they take each rotation as one "
-        "about a single axis, without cross axes and tilt, which the vector method models."
+        f"Static and dynamic are off by up to {100.0 * off:.2g} %: they treat each rotation as "
+        "one about a single axis and ignore cross axes and tilt, which the vector method models."
     )
 
 

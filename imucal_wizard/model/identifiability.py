@@ -152,8 +152,8 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
     if best is not None:
         return _carried(len(directions), *best)
     raise DataError(
-        f"{plural(len(directions), 'distinct still position')} found; they do "
-        "not carry even bias and one scale. Hold the device still with each of its six faces up"
+        f"{plural(len(directions), 'distinct still position')} found, too few for bias and one "
+        "scale. Hold the device still with each of its six faces up"
     )
 
 
@@ -198,7 +198,7 @@ def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
     if names:
         pairs = "; ".join(EDGES_OF[place] for place in left)
         reason = (
-            f"{count} directions do not carry {', '.join(names)}: left at the nominal value. "
+            f"{count} directions do not determine {', '.join(names)}: nominal values are used. "
             f"Add holds with the edges between these faces on top: {pairs}"
         )
     angles = len(left) < len(NON_ORTHOGONALITY)

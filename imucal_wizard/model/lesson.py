@@ -85,7 +85,7 @@ class Cost:
             if rms is not None and most is not None and rms > SMALLEST_ANGLE
         ]
         if self.rest_rms is not None and self.rest_rms > SMALLEST_ANGLE:
-            parts.append(f"{_degrees(self.rest_rms)} accumulated in a minute at rest")
+            parts.append(f"an angle of {_degrees(self.rest_rms)} after a minute at rest")
         return ", and ".join(parts) or "no error"
 
 
@@ -312,25 +312,25 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 
 _FAMILIES = {
-    "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
-    "forces or speeds separate them, and sometimes more data.",
-    "time": "in one slow change the members of this family are nearly the same. A session in which "
-    "the temperature rises and falls, with repeated poses, separates them.",
+    "orientation": "at 1 g, or at one speed, the members of this family cause nearly the same "
+    "error. Other forces or speeds separate them, sometimes more data do.",
+    "time": "during a single slow change the members of this family cause nearly the same error. "
+    "A session with repeated poses, in which the temperature rises and falls, separates them.",
 }
 """What separates the members of a family, by the kind of its effects."""
 BASE_LESSONS = {
     "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
-    "the device over: half of the sum of both readings is the bias.",
-    "scale": "The reading per unit of the input. Turn the device over: half of the difference of "
-    "both readings is one g in the sensor's own unit.",
+    "the device over: half the sum of the two readings is the bias.",
+    "scale": "The reading per unit of the input. Turn the device over: half the difference of the "
+    "two readings is one g in the sensor's own unit.",
     "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
     "small part of the force along the others. Poses between the faces (edges) show it.",
-    "soft-iron": "Iron and nickel near the chip concentrate the field, more along one line than "
-    "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
+    "soft-iron": "Iron and nickel near the chip concentrate the field, more in one direction than "
+    "in others: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
     "the same effect and are included. A circle on each of the six faces shows it.",
-    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
-    "effect tested here explains this hold and all the others. Do not delete it; measure the "
-    "pose again.",
+    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. "
+    "No effect tested here explains this hold and all the others. Do not delete the hold; measure "
+    "the pose again.",
 }
 """The lesson of each term of the base, and of a disturbed hold."""
 
@@ -394,7 +394,7 @@ def cost_text(effect: Effect, sensor: str) -> str:
     when = "" if effect.kind == "orientation" else _SESSION
     when = _DRAWING if effect.against == "current" else when
     price = cost_of_ignoring(effect, sensor, sizes)
-    return f"{size}{when} leaves {price.words(worst=True)}, however well the base model is fitted"
+    return f"{size}{when} leaves {price.words(worst=True)}; the base model cannot remove this part"
 
 
 def _plain_story(effect: Effect) -> Story:
@@ -404,6 +404,7 @@ def _plain_story(effect: Effect) -> Story:
     return Story(
         what=text,
         equation=effect.equation,
-        signature="Its author gives none; look at the residuals over what it depends on.",
-        needs="Data in which what it depends on varies.",
+        signature="Its author gives no description. Look at the residuals over the quantity on "
+        "which it depends.",
+        needs="Data in which the quantity on which it depends varies.",
     )

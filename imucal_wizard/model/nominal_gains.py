@@ -66,8 +66,8 @@ class Nominal:
         """
         if index in self.scales and not self.known:
             raise DataError(
-                f"the rotations do not carry the gyroscope's scale about {AXES[index // 3]}: turn "
-                "the device about each axis in both senses, with that axis level"
+                f"the rotations do not determine the gyroscope's scale about {AXES[index // 3]}: "
+                "rotate the device about each axis in both senses, with that axis level"
             )
 
 

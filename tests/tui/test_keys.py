@@ -115,7 +115,7 @@ async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> Non
 
 @pytest.mark.parametrize(
     ("step", "says"),
-    [(StepKind.POSES, "fewer directions"), (StepKind.RECHECK, "axes that were not seen")],
+    [(StepKind.POSES, "fewer directions"), (StepKind.RECHECK, "axes that were not measured")],
 )
 async def test_skipping_states_its_consequence_first(step: StepKind, says: str) -> None:
     source = fakes.FakeSource(replace(fakes.poses_status(), step=step, steps=()))

@@ -381,6 +381,6 @@ def refuse_two(up: FloatArray, field: FloatArray, best: End, others: Sequence[En
 
 
 _BLIND = (
-    "the still positions do not carry the rotation between magnetometer and accelerometer: hold "
-    "the device still with each of its faces up, and turned about the vertical in between"
+    "the still positions do not determine the rotation between magnetometer and accelerometer: "
+    "hold the device still with each of its faces up, and rotate it about the vertical in between"
 )
