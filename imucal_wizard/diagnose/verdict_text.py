@@ -468,8 +468,7 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         ]
     return [
-        f"The choice between {names} changes the up direction by {_degrees(angle)} rms, so it "
-        "matters at 1 g too."
+        f"The choice between {names} changes up by {_degrees(angle)} rms, so it matters at 1 g too."
     ]
 
 

@@ -141,7 +141,10 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
 
 
 async def test_the_way_to_continue_is_always_shown() -> None:
-    trouble = "the field has changed permanently: remove the iron or magnet that came near, or repeat the step"
+    trouble = (
+        "the field has changed permanently: remove the iron or magnet that came near, or repeat "
+        "the step in another place"
+    )
     offers = (Offer("enough", "go on with these samples: the result is less certain"),)
     source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
     async with app_with(source).run_test(size=USUAL) as pilot:

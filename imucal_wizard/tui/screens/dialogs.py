@@ -90,12 +90,12 @@ class LeaveDialog(Dialog):
         Binding(
             "s", "dismiss('save')", "save it and leave", tooltip="saves the model, then leaves"
         ),
-        Binding("d", "dismiss('give up')", "leave without it", tooltip="gives the model up"),
+        Binding("d", "dismiss('give up')", "leave without saving", tooltip="discards the model"),
     ]
 
     def __init__(self, model: str, problem: str = "") -> None:
-        hint = "s saves it and leaves; d leaves without it; esc goes back to it."
-        consequence = f"not saved: {problem}" if problem else f"No file has this model: {model}."
+        hint = "s saves it and leaves; d leaves without saving; esc goes back."
+        consequence = f"not saved: {problem}" if problem else f"This model is not saved: {model}."
         super().__init__("leave without saving?", consequence, hint)
 
 
@@ -141,4 +141,6 @@ class WaitDialog(Dialog):
 
     def __init__(self) -> None:
         consequence = "A model is being fitted or written; the program ends when that is done."
-        super().__init__("leaving …", consequence, "esc stays; d leaves at once, without it.")
+        super().__init__(
+            "leaving …", consequence, "esc stays; d leaves at once, without the model."
+        )
