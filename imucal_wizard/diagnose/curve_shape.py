@@ -1,4 +1,4 @@
-"""What a free curve shows: what it depends on, where it is steep, how wide, how large.
+"""The shape of a free curve: its abscissa, and the place, width and height of its steep part.
 
 Bias and scale take any straight line of it, so that only changes of slope are reported. The slope
 is relative to that of the half of the curve where it is most alike. Where it stays above half of

@@ -1,4 +1,4 @@
-"""An effect in words: what it depends on, its sizes, what it costs to ignore it, what shows it."""
+"""An effect in words: its dependence, its sizes, the cost of ignoring it, the data that show it."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""One word per sensor for a technician: good, doubtful or not usable, and why in one sentence."""
+"""The grade of each sensor: good, doubtful or not usable, with the reason in one sentence."""
 
 import re
 import tomllib

@@ -1,4 +1,4 @@
-"""What to measure next after each verdict, as requests to the operator.
+"""The measurements to take next after each verdict, as requests to the operator.
 
 Requests that separate two explanations are chosen by ``optimal_design``; where the base model
 itself is not determined, the pose that adds most information about it comes first.

@@ -1,7 +1,7 @@
 """The verdict in plain sentences, for a technician and for a student.
 
-What the error depends on, which effect does that, its size, the cost of ignoring it, and what would
-decide where these data do not.
+It states what the error depends on, the effect and its size, the cost of ignoring it, and the
+measurements that would decide where these data do not.
 """
 
 import numpy as np

@@ -1,4 +1,4 @@
-"""Pictures of a fit: what the model leaves, and measurement beside model, against each influence.
+"""Plots of a fit: residuals, and measurement beside model, against each influence.
 
 A picture has a name, so that a command can print it: ``force-x`` shows what is left of each hold
 over the force along x, ``model-x-force-x`` the reading of the x axis beside the model's,

@@ -1,4 +1,4 @@
-"""Readings that somebody has corrected already: a calibration that finds nothing to correct.
+"""Detection of readings that were already corrected: the calibration finds nothing to correct.
 
 Two hypotheses about the deviations d of bias and matrix from their nominal values (0 and 1), known
 with covariance C: the readings are compensated, so that d is no larger than what such a routine

@@ -1,4 +1,4 @@
-"""What a finished fit shows of the recording: a wrong unit, range or rate, exchanged axes."""
+"""Warnings that follow from a finished fit: a wrong unit, range or rate, exchanged axes."""
 
 import re
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""From matrix and bias to the parameters people speak of, with their standard errors.
+"""Conversion of matrix and bias to named parameters with standard errors.
 
 The body frame is Q's: x along the sensor's x axis, y in the plane of its x and y axes. Then
 ``M = K·T`` (Q, eq. 3–8) with

@@ -1,4 +1,4 @@
-"""What a fit says: parameters and uncertainty, errors before and after, what is not carried."""
+"""The result of a fit: parameters with uncertainty, errors, and parameters not determined."""
 
 from collections.abc import Sequence
 from dataclasses import field

@@ -1,16 +1,16 @@
 """Which parameters are identifiable: decided from the directions of the holds before any fit.
 
 At rest a calibration error shows only along the reading, as ``e(u) = j(u)·θ``: bias gives ``u``,
-scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. From the distinct directions
-alone follows what error a fit of some of the nine parameters would leave in any orientation,
+scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. The distinct directions
+alone determine the error that a fit of some of the nine parameters leaves in any orientation,
 
     E(u)² = σ² j_f(u)ᵀ (X_fᵀX_f)⁻¹ j_f(u) + | (j_d(u) − j_f(u) X_f⁺ X_d) s_d |²
 
 with f the parameters that are free, d those left at their nominal value, X their columns at the
 directions held, σ the noise of a hold and s the usual size of each parameter. The first term grows
-with the parameters that are fitted, the second with those that are not. Of all models that leave
-directions over to contradict them the one with the least E (rms over the sphere) is taken; it must
-be less than what the sensor errs without any calibration.
+with the parameters that are fitted, the second with those that are not. Only models with spare
+directions are considered. The one with the least E (rms over the sphere) is taken; its E must be
+less than the error of the sensor without any calibration.
 """
 
 import itertools

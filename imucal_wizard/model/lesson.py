@@ -1,4 +1,4 @@
-"""The lesson of an effect: its story, its usual sizes, what ignoring it costs, and its picture.
+"""The lesson of an effect: its description, its usual sizes, the cost of ignoring it, and a plot.
 
 The cost is in degrees: of tilt, per rotation, per minute, of heading.
 

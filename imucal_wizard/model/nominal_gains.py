@@ -1,4 +1,4 @@
-"""Which gains of the gyroscope are identifiable, and what the others are."""
+"""Which gains of the gyroscope are identifiable, and the nominal values of the others."""
 
 from collections.abc import Sequence
 

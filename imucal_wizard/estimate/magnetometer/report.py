@@ -1,4 +1,4 @@
-"""The magnetometer of a recording, beside whatever the accelerometer and gyroscope gave."""
+"""The fit of a recording's magnetometer, added to the report of the other sensors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

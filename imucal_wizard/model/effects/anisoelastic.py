@@ -1,4 +1,4 @@
-"""Gyroscope that feels products of two force components."""
+"""Sensitivity of a gyroscope to products of two force components."""
 
 from collections.abc import Mapping
 

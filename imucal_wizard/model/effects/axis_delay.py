@@ -1,4 +1,4 @@
-"""Gyroscope axis whose samples are late."""
+"""Delay of one gyroscope axis."""
 
 from collections.abc import Mapping
 

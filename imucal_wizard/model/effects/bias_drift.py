@@ -1,4 +1,4 @@
-"""Bias that wanders with time."""
+"""Drift of the bias with time."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Bias that jumps once."""
+"""Step of the bias."""
 
 from collections.abc import Mapping
 

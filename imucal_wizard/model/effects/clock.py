@@ -1,4 +1,4 @@
-"""Clock whose rate changes."""
+"""Drift of the sample clock."""
 
 from collections.abc import Mapping
 

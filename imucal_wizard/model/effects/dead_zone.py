@@ -1,4 +1,4 @@
-"""Axis that does not answer to small inputs."""
+"""Dead zone of an axis around zero."""
 
 from collections.abc import Mapping
 

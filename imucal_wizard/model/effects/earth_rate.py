@@ -1,4 +1,4 @@
-"""The turning Earth."""
+"""The rotation of the Earth."""
 
 from collections.abc import Mapping
 

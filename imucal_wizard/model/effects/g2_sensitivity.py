@@ -1,4 +1,4 @@
-"""Gyroscope that feels the square of gravity."""
+"""Sensitivity of a gyroscope to the square of the force."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Gyroscope that feels gravity."""
+"""Sensitivity of a gyroscope to gravity."""
 
 from collections.abc import Mapping
 

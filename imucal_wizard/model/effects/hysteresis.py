@@ -1,4 +1,4 @@
-"""Memory of the pose before."""
+"""Dependence of the reading on the pose before."""
 
 from collections.abc import Mapping
 

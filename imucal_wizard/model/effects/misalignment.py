@@ -1,4 +1,4 @@
-"""Magnetometer turned against the accelerometer."""
+"""Rotation of the magnetometer against the accelerometer."""
 
 from collections.abc import Mapping
 

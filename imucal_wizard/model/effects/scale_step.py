@@ -1,4 +1,4 @@
-"""Scale factor that jumps once."""
+"""Step of the scale factor."""
 
 from collections.abc import Mapping
 

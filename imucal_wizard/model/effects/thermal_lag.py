@@ -1,4 +1,4 @@
-"""Zero that follows the temperature late."""
+"""Lag of the bias behind the temperature."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Vibration that moves the mean."""
+"""Offset by vibration."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""Bias that settles after switching on."""
+"""Change of the bias after power-on."""
 
 from collections.abc import Mapping
 
