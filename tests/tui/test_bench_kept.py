@@ -169,14 +169,14 @@ async def test_a_model_outlives_a_program_that_is_ended_without_a_question(
         cast("BenchApp", pilot.app).leave()  # as a signal does
 
     async def restored(pilot: Pilot[Saved]) -> None:
-        await shows(pilot, "✓ Here again: accelerometer + formula + second-order (")
+        await shows(pilot, "✓ Restored: accelerometer + formula + second-order (")
         await pilot.press("escape")
         await shows(pilot, "This model is not saved: accelerometer + formula +")
         await pilot.press("d")
 
     async def given_up(pilot: Pilot[Saved]) -> None:
         await ranked(pilot)
-        assert "Here again" not in seen(pilot)
+        assert "Restored" not in seen(pilot)
 
     await opened(built)
     await opened(restored)
