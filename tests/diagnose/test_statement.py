@@ -105,7 +105,7 @@ def test_what_a_missing_effect_spoils_is_not_blamed_on_the_seat() -> None:
     assert "repeat" not in said.says
 
 
-def test_a_wrong_member_of_the_right_family_is_told_from_a_riddle() -> None:
+def test_a_wrong_member_of_the_right_family_is_named() -> None:
     """The student has added asymmetry; what it leaves is the rest of a second-order term."""
     report, readings = fitted("second-order:5:y", poses="26+repeats", seed=5)
     report = replace(report, rates={"accelerometer": 100.0})
