@@ -315,7 +315,7 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     return [
         (
             f"The same {what} does not repeat: it differs by {size} from visit to visit "
-            f"({interval}), and the {noise} explains {within}."
+            f"({interval}); the {noise} gives {within}."
         ),
         *_course(diagnosis, bench),
         *_curves(diagnosis, bench),
@@ -380,7 +380,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             sentences.append(f"The same direction does not repeat: {where}.")
         elif diagnosis.verdict is Verdict.COMPLETE:
             sentences.append(
-                f"A repeated pose differs by {repeats}, and the noise within a hold explains "
+                f"A repeated pose differs by {repeats}, and the noise within a hold gives "
                 f"{within}: changes slower than a hold (slow noise, temperature, placement) count "
                 "as noise here."
             )
@@ -434,7 +434,7 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             (
                 f"Added: the error on {out} left out falls from "
                 f"{quantity(below.rms_held_out, unit)} to {quantity(above.rms_held_out, unit)}, "
-                f"and noise explains {quantity(above.floor, unit)}."
+                f"where noise alone gives {quantity(above.floor, unit)}."
             )
         ]
     first = diagnosis.suspects[0] if diagnosis.suspects else None
@@ -503,7 +503,7 @@ def _against_noise(bench: Bench) -> str:
     """The error on data held out, beside the noise."""
     rung, unit = bench.ladder[-1], bench.fit.unit
     held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
-    return f"{held} on {bench.left_out_unit} left out, and noise explains {noise}"
+    return f"{held} on {bench.left_out_unit} left out; noise alone gives {noise}"
 
 
 def _change(bench: Bench) -> str:

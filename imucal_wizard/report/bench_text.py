@@ -188,7 +188,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
     if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
         row = int(np.flatnonzero(table.index == entry.suspect.hold)[0])
-        words.append(f"{table.place(row)}, alone is wrong; measure it again to check")
+        words.append(f"{table.place(row)}: only this one would be wrong; measure it again to check")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")
     if entry.lacking:

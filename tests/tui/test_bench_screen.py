@@ -156,11 +156,11 @@ async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Ben
 
 async def test_measurement_stands_beside_the_model_axis_by_axis(benches: Benches) -> None:
     async with app_with(benches).run_test(size=LARGE) as pilot:
-        await shows(pilot, "holds: what is left")
+        await shows(pilot, "holds: |a| − g")
         await pilot.press("a")
         await shows(pilot, "x axis: read beyond the true force: ∘ measured, × model", "⊗")
         await pilot.press("a", "a", "a")
-        await shows(pilot, "holds: what is left")
+        await shows(pilot, "holds: |a| − g")
 
 
 async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches: Benches) -> None:

@@ -195,7 +195,7 @@ class RowSource(ABC):
     labels: RowLabels
     part: str
     prefix: str = ""
-    left: str = "what is left"
+    left: str = "residual"
     by_axis: bool = False
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
