@@ -352,7 +352,7 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first = (
         "The accelerometer's model is not complete yet. Its error tilts the reference and would "
         f"be attributed to the {bench.sensor}. Complete the accelerometer first. The "
-        f"{bench.sensor}'s error is {_against_noise(bench)} now."
+        f"{bench.sensor}'s error now is {_against_noise(bench)}."
     )
     choice = "; and ".join(_or(members) for members in _opinion(diagnosis).terms)
     return [first, f"The misfit looks like {choice}."] if choice else [first]

@@ -73,7 +73,7 @@ def test_every_hold_stands_in_the_pictures_with_what_the_fit_left_of_it(
     labels = [view.x_label for view in snapshot.views]
     assert labels[:6] == [
         "force along x, g", "force along y, g", "force along z, g",
-        "pose: 6 faces, 12 edges, 8 corners", "number of the pose", "time, min",
+        "pose: 6 faces, 12 edges, 8 corners", "number of the hold", "time, min",
     ]  # fmt: skip
     for view in snapshot.views[:3]:
         left = snapshot.fit.residuals[view.source] * 1000.0 / 9.80665

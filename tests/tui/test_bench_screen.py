@@ -132,7 +132,7 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
 async def test_tab_changes_the_abscissa_of_the_residuals(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
         for label in ("force along x", "force along y", "force along z", "pose: 6 faces",
-                      "number of the pose", "time, min", "temperature",
+                      "number of the hold", "time, min", "temperature",
                       "along x in the pose before"):  # fmt: skip
             await shows(pilot, label)
             await pilot.press("tab")

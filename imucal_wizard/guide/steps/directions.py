@@ -370,7 +370,7 @@ class ValidationStage(DirectionsStage):
         status, up = super().view(), self._context.up
         return replace(
             status,
-            detail=f"{status.detail}; any new one will do"
+            detail="any other new orientation counts too"
             if status.act is Act.POSE
             else status.detail,
             recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),
