@@ -384,6 +384,7 @@ class FakeServices:
     moved: Callable[[Path], None] = lambda _path: None
     loaded: Callable[[], None] = lambda: None
     calibrations: Callable[[], Sequence[SourceChoice]] = tuple
+    given_recheck: SourceChoice | None = None
     recheck_with: Callable[[Path | None], None] = lambda _calibration: None
     recheck: Callable[[Collected, Snapshot], tuple[Recheck, Calibration, Saved]] = field(
         default=unreachable

@@ -169,7 +169,7 @@ def target_named(name: str) -> ExportTarget:
     """
     known = targets()
     if name not in known:
-        raise UsageError(f"there is no export target {name!r}; there are {', '.join(known)}")
+        raise UsageError(f"there is no export target {name!r}; give one of {', '.join(known)}")
     return known[name]
 
 
