@@ -149,6 +149,20 @@ def test_the_first_picture_is_the_one_along_which_the_misfit_runs(axis: str) -> 
     assert views[most_telling(views)].name == f"force-{axis}"
 
 
+def test_the_first_picture_of_an_exercise_does_not_name_the_axis(snapshot: BenchSnapshot) -> None:
+    """The bench opens on the plot that explains most, an exercise on the first one."""
+    told, hidden = Selection(), Selection()
+    hidden.hidden = True
+    reversed_views = replace(snapshot, views=snapshot.views[::-1])
+    for selection in (told, hidden):
+        selection.show(reversed_views)
+    opened, first = told.view(), hidden.view()
+    assert opened is not None
+    assert first is not None
+    assert opened.name == snapshot.views[most_telling(snapshot.views)].name
+    assert first.name == reversed_views.views[0].name != opened.name
+
+
 def test_a_plot_against_a_count_ends_in_counts() -> None:
     foot = scatter(np.arange(1.0, 61.0), np.ones(60), 60, 10, x_label="number of the hold")[-1]
     assert foot.split() == ["1", "number", "of", "the", "hold", "60"]
