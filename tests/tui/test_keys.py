@@ -122,7 +122,7 @@ async def test_skipping_states_its_consequence_first(step: StepKind, says: str) 
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "s skip step")
         await pilot.press("s")
-        await shows(pilot, says, "⏎ skip it")
+        await shows(pilot, says, "enter skip it")
         await pilot.press("s")  # the key of the first question, pressed twice
         await shows(pilot, says)
         assert source.commands == []

@@ -64,7 +64,9 @@ class SkipDialog(Dialog):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "dismiss('skip')", "skip it", tooltip="skips the step"),
+        Binding(
+            "enter", "dismiss('skip')", "skip it", key_display="enter", tooltip="skips the step"
+        ),
         Binding("u", "dismiss('')", "stay", show=False),
         Binding("question_mark", "app.explain", "help", tooltip="explains the step"),
         Binding("q", "app.quit", "quit", show=False, tooltip="leaves the program"),
