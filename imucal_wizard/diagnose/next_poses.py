@@ -225,7 +225,7 @@ def disturbed_parts(
 
 
 def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
-    """The accused hold's direction, or the accused rotation, once more."""
+    """The direction of the hold, or the rotation, that is called disturbed, once more."""
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
     found = []

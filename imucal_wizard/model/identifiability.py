@@ -134,7 +134,7 @@ def _least_error(places: tuple[int, ...], common_scale: bool) -> float:
 
 
 def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:
-    """The best model that these distinct directions, shape (n, 3), carry.
+    """The best model that these distinct directions, shape (n, 3), determine.
 
     Args:
         directions: unit vectors.
@@ -158,7 +158,7 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
 
 
 def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
-    """Models that so many directions may carry: free places, and whether the scale is common.
+    """Models that so many directions may determine: free places, and whether the scale is common.
 
     Scales come before angles, since axes differ in scale by more than they are out of square.
     """

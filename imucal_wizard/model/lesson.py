@@ -95,7 +95,7 @@ def _degrees(value: float) -> str:
 
 
 def cost_of_ignoring(effect: Effect, sensor: str, sizes: FloatArray) -> Cost:
-    """What this effect with sizes (p,), in shown units, costs who ignores it."""
+    """Cost of ignoring this effect with sizes (p,), in shown units."""
     prices = {ACCELEROMETER: _tilt, GYROSCOPE: _rotation, MAGNETOMETER: _heading}
     return prices[sensor](effect, sizes)
 
