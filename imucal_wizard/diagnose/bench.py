@@ -38,8 +38,8 @@ of the errors, is below the noise."""
 MAX_REFITS = 3
 """Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0
-"""Error held out, in units of what noise makes, above which a free curve of the model is only a
-guess between the poses: it has room for whatever it was fitted to."""
+"""Error held out, in units of the noise, above which a free curve of the model is only a guess
+between the poses, because it can follow any data."""
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,7 @@ class Bench:
         rounding: of the readings, where they are known.
         first: the fit without effects, where it is known.
 
-    Raises:
-        DataError: the data do not carry the base model.
+    Raises: DataError: the data do not determine the base model.
     """
 
     def __init__(
@@ -388,9 +387,8 @@ class Bench:
             variant: its setting; None for the one that the data settle on.
             near: of the settings tried, the one to settle near; None for the likeliest.
 
-        Raises:
-            UsageError: there is no such effect, or it is in the model already.
-            DataError: the data do not carry it.
+        Raises: UsageError: there is no such effect, or it is in the model already. DataError: the
+            data do not determine it.
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
@@ -433,7 +431,7 @@ class Bench:
     def retrace(self, changes: Sequence[ModelChange], own: Sequence[Effect] = ()) -> None:
         """Change the model as another bench was changed, on the data of this one.
 
-        Effects that these data cannot show are left out, and models that they do not carry.
+        Effects that these data cannot show, and models that they do not determine, are left out.
 
         Args:
             changes: those of the other bench.

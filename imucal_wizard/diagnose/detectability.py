@@ -1,4 +1,4 @@
-"""From which size an effect is seen in such data, and from which its family is named.
+"""The sizes from which an effect is seen in such data, and from which its family is named.
 
 Both sizes follow from the rules by which the program judges a recording, applied to draws of the
 noise that these data allow with the pattern of the effect (see ``noise_draws``). A misfit is seen

@@ -1,4 +1,4 @@
-"""How much of the misfit the likeliest explanations take away, and how far these data discriminate.
+"""The share of the misfit that the likeliest explanations remove, and how well data discriminate.
 
 Faces and edges hold an axis at five inputs only: 0, ±0.71 and ±1 g. Bias and scale absorb so much
 that two numbers are left of any characteristic, and a second and a third order together make any

@@ -1,4 +1,4 @@
-"""Free curves where nothing in the catalogue fits: which one, and what it shows.
+"""Selection of a free curve where no effect of the catalogue fits.
 
 A curve of one axis over force, time or temperature (``model.unknown_shape``) can imitate much. It
 is offered only after the catalogue has been refused, and only if

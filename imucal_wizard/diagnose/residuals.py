@@ -1,4 +1,4 @@
-"""What a fit leaves, in the one form that every question about it is asked of.
+"""The whitened residuals of a fit, on which every test of the misfit works.
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it, and freed
 from the noise that it shares with others. A row is a hold of the accelerometer (its error along

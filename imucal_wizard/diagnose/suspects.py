@@ -1,4 +1,4 @@
-"""The suspects: every effect of the catalogue against what is left, and what adding it would do.
+"""The suspects: each effect of the catalogue, its evidence, and a trial of adding it.
 
 What adding does is tried with the estimator itself, by one step from where the present fit has
 arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.

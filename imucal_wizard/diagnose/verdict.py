@@ -1,4 +1,4 @@
-"""The verdict on a misfit, in one word; "cannot tell" is one of them.
+"""The verdict on a misfit, in one word, from the probabilities of its explanations.
 
 Every explanation has a probability; explanations that say the same are added up. A family of
 effects (effects that 1 g cannot split) is named when the explanations that contain it hold most of

@@ -340,7 +340,7 @@ def first_fit(
     vectors = (means - first.bias) @ first.matrix.T
     if not (np.linalg.norm(vectors, axis=1) > 1e-6 * gravity).all():
         raise DataError(
-            "a still position reads no gravity at all: its readings are the centre of all others. "
+            "a still position reads no gravity: its readings are at the centre of all others. "
             "Check the columns, and measure that position again"
         )
     up, group = unit_vectors(vectors), group_directions(unit_vectors(vectors))
@@ -379,6 +379,6 @@ def check_means(means: FloatArray) -> None:
     extent = np.linalg.svd(means - means.mean(axis=0), compute_uv=False)
     if extent[-1] < FLAT * extent[0]:
         raise DataError(
-            "the still positions lie in one plane: some direction never sees gravity. Hold the "
-            "device still with each of its six faces up"
+            "the still positions lie in one plane: gravity never acts across it. Hold the device "
+            "still with each of its six faces up"
         )

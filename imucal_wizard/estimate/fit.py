@@ -416,8 +416,8 @@ def minimum(
     if not length < VALLEY:
         raise DataError(
             f"the fit of the {experiment.sensor} does not converge: these data do not belong to "
-            "one calibration of this model. Check the columns, unit and sampling rate and the "
-            "largest residuals, and leave the last effect out"
+            "one calibration of this model. Check columns, unit, sampling rate and the largest "
+            "residuals, or remove the last effect"
         )
     system = problem.system(calibration, rows, system.columns)
     balance = solve(system)

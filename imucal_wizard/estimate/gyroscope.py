@@ -289,8 +289,8 @@ class GyroscopeExperiment(Movable):
         reason = ""
         if missing and set(base) == set(BASE):
             reason = (
-                f"the rotations do not determine {', '.join(missing)}: left at the nominal value. "
-                "Turn about each axis in both senses, with that axis level"
+                f"the rotations do not determine {', '.join(missing)}: nominal values are used. "
+                "Rotate about each axis in both senses, with that axis level"
             )
         names = tuple(self.name(entry) for entry in free)
         return Directions(columns, names, tuple(base), dropped, reason)

@@ -1,4 +1,4 @@
-"""An effect: by how much each of its parameters moves the reading, and what to say of it.
+"""A physical effect: by how much each parameter changes the reading, and its description.
 
 The model equation of a sensor is ``y = S·(x + ε) + b + noise``; an effect is one term of ``ε``,
 linear in its parameters, on top of bias, scale and non-orthogonality. ``AxisEffect`` is the base of

@@ -2,7 +2,7 @@
 
 Up in the body frame obeys ``du/dt = u × w``. Carried from the hold before, ``û = Cᵀ u_before`` with
 C the rotation in between; the closure is the rotation vector from ``û`` to ``u_after``. Its two
-components across gravity are the rows; the part of a rotation about gravity leaves no trace in it.
+components across gravity are the rows; they do not contain the part of a rotation about gravity.
 
 ``w = M (y − b) − ε(w, f, T, t)``, the force f at each sample being gravity carried there. ε is
 taken at the rates and forces of the rows before; it is so small against them that each further
