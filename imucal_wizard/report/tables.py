@@ -14,7 +14,7 @@ from imucal_wizard.estimate.comparison import (
 BEST = "▸"
 """Marks the methods with the least held-out error."""
 _COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
-_WIDTHS = (-20, 12, 12, 9, 9, 11)
+_WIDTHS = (-20, 11, 11, 8, 8, 11)
 _NOTE = (
     f"{BEST} least held-out error (within 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. "
     "Errors: rms of |corrected| − g over holds, of the gyroscope's closure over rotations "
@@ -60,7 +60,8 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
 
     Args:
         rows: all methods of all sensors.
-        width: columns of the terminal; the numbers take 76.
+        width: columns of the terminal; the numbers take 74, so that a page with a margin and a
+            scroll bar shows them in 80.
     """
     lines: list[str] = []
     for sensor in dict.fromkeys(row.sensor for row in rows):
