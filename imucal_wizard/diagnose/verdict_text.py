@@ -309,8 +309,10 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             dependence_text(bench, nearest.term),
         )
         return [f"{_capital(sizes)}, which {follows}, comes nearest, but is not certain."]
-    unseen = "These data do not show that it follows the time or the pose before"
-    return [f"{unseen}: each placing may be off by chance."]
+    return [
+        "These data do not show that it follows the time or the pose before: each placing may be "
+        "off by chance, or the error differs between poses that are nearly alike."
+    ]
 
 
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -372,7 +374,10 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
-    sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
+    why = f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
+    if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
+        why = _capital(diagnosis.lacking)
+    sentences = [f"{why}."]
     if diagnosis.bench is not None:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
