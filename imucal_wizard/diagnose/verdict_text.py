@@ -310,8 +310,10 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
         return [f"{_capital(sizes)}, which {follows}, comes nearest, but is not certain."]
     return [
-        "These data do not show that it follows the time or the pose before: each placing may be "
-        "off by chance, or the error differs between poses that are nearly alike."
+        (
+            "These data do not show that it follows the time or the pose before: each placing may "
+            "be off by chance, or the error differs between poses that are nearly alike."
+        )
     ]
 
 

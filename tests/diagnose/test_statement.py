@@ -22,6 +22,7 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
+from imucal_wizard.report.text import errors_text
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
@@ -150,6 +151,15 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
     assert "theta" in said.says
     assert "They determine all other parameters of bias, scale." in said.says
     assert said.next_poses
+
+
+def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
+    """Six faces are met exactly: the difference, rounding of 10⁻¹³ mg, is no error of the sensor."""
+    report, readings = fitted()
+    faces = {hold.pose: hold for hold in report.holds if hold.pose in FACES}
+    said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
+    assert said.bench is not None
+    assert errors_text(said.bench.fit) == "the error is not known"
 
 
 def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
