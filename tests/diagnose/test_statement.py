@@ -154,7 +154,7 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
 
 
 def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
-    """Six faces are met exactly: the difference, rounding of 10⁻¹³ mg, is no error of the sensor."""
+    """Six faces are met exactly: rounding of 10⁻¹³ mg is no error of the sensor."""
     report, readings = fitted()
     faces = {hold.pose: hold for hold in report.holds if hold.pose in FACES}
     said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
