@@ -1,17 +1,17 @@
-"""Everything that might explain a misfit, each as a Gaussian: which patterns, how strong.
+"""The hypotheses that may explain a misfit, each as a Gaussian with patterns and prior sizes.
 
 An explanation is a covariance of low rank in the space that the base parameters cannot absorb.
 Besides the effects of the catalogue there are, with priors of their own:
 
 - one disturbed hold or rotation;
-- structure that no effect makes: an error smooth over the sphere, or a characteristic of one axis.
+- structure that no effect causes: an error smooth over the sphere, or a characteristic of one axis.
   Both are Gaussian processes written with their values at a few nodes (Nyström's method);
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
-Without these, any pattern would be given the name of the effect that resembles it most. Two effects
-at once are pairs of single parameters of different families, or two disturbed holds. With the
-products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and
-t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
+Without these hypotheses, every pattern would be attributed to the effect that resembles it most.
+Two effects at once are pairs of single parameters of different families, or two disturbed holds.
+With the products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual
+(XᵀWr) and t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
 ``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 

@@ -30,6 +30,8 @@ WANDERS = (0.0, 0.6, 2.0, 6.0)
 FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
 """The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
+MIN_WANDER_SHARE = 1e-3
+"""Probability below which a wander that is larger than all likely ones is left out."""
 WHITE_NOISE_SHARE = 0.6
 """Share of sensors whose noise between holds is that within them."""
 
@@ -58,6 +60,20 @@ class Frame:
     walk: FloatArray
     wanders: tuple[float, ...]
     log_prior: FloatArray
+
+    def largest_wander(self, noise: FloatArray) -> float:
+        """The largest wander that is not improbable.
+
+        Args:
+            noise: probability of each wander and σ, shape (wanders, sigmas).
+        """
+        likely = np.flatnonzero(noise.sum(axis=1) > MIN_WANDER_SHARE)
+        return self.wanders[int(likely[-1])]
+
+    def up_to(self, wander: float) -> "Frame":
+        """The same without larger wanders."""
+        count = sum(one <= wander for one in self.wanders)
+        return replace(self, wanders=self.wanders[:count], log_prior=self.log_prior[:count])
 
     def weights(self, wander: float) -> FloatArray:
         """What white noise has over what wandering noise has along each coordinate, (m,)."""

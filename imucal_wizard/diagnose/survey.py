@@ -30,7 +30,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
     """Add what the evidence carries and data held out confirm; stop by itself.
 
     Parts of the base that were left out come first: what they leave looks like any effect. So does
-    a part that the data do not carry; then nothing is added.
+    a part that the data do not determine; then nothing is added.
 
     Returns:
         The findings that led to the last step: those of the model before it where something was

@@ -1,4 +1,4 @@
-"""The suspects: every effect of the catalogue against what is left, and what adding it would do.
+"""The suspects: each effect of the catalogue, its evidence, and a trial of adding it.
 
 What adding does is tried with the estimator itself, by one step from where the present fit has
 arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.
@@ -18,9 +18,8 @@ from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, with_effects
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.held_out import rms_fitted, rms_held_out
-from imucal_wizard.model.terms import Term
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +80,7 @@ def try_effects(
         candidates: the effects to add together.
         noise: see ``EffectTrial``.
     """
-    terms = [Term(one.effect, one.variant) for one in candidates]
-    columns = np.column_stack([np.zeros((len(misfit), 0)), *(one.columns for one in candidates)])
-    # an effect of size s leaves what adding s to the model takes away
-    columns = -misfit.independent.rows(misfit.measured(columns))
-    return EffectTrial(tuple(candidates), with_effects(misfit.minimum, terms, columns), noise)
+    return EffectTrial(tuple(candidates), misfit.with_effects(candidates), noise)
 
 
 MIN_CORRELATION_ALIKE = 0.9
@@ -135,7 +130,7 @@ class Suspect:
 
         def unlikely(at: float) -> float:
             if at not in tried:
-                candidate = candidate_at(self.misfit.fit, first.effect, float(np.exp(at)))
+                candidate = candidate_at(self.misfit, first.effect, float(np.exp(at)))
                 tried[at] = try_effects(self.misfit, (candidate,), self.noise)
             return unlikeliness(tried[at].found)
 

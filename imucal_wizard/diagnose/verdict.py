@@ -1,4 +1,4 @@
-"""The verdict on a misfit, in one word; "cannot tell" is one of them.
+"""The verdict on a misfit, in one word, from the probabilities of its explanations.
 
 Every explanation has a probability; explanations that say the same are added up. A family of
 effects (effects that 1 g cannot split) is named when the explanations that contain it hold most of
@@ -377,7 +377,7 @@ def _leaves_structure(
     left = misfit.lack_beside(hypotheses.frame.across @ inside)
     if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
         return False
-    beside = hypotheses.beside(best.coordinates, inside)
+    beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
     if left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT:
         return True
     return beside[UNKNOWN] > MIN_UNKNOWN_LEFT

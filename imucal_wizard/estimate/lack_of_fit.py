@@ -1,4 +1,4 @@
-"""The test of lack of fit: whether measured noise makes what a model leaves.
+"""The test of lack of fit: whether measured noise explains the residuals.
 
 The noise is what was measured apart from the model: the noise within the holds, and how far the
 same pose differs from one visit to the next. Residuals between directions do not measure it: they
