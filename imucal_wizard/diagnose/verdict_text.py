@@ -10,7 +10,6 @@ from imucal_wizard.core.quantities import quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
-    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -22,6 +21,8 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped
+from imucal_wizard.model.effect import GYROSCOPE
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -278,10 +279,7 @@ def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     first = effects[0] if effects and not diagnosis.added else None
     if first is None or first.trial is None or first.p > TEST_LEVEL:
         return None
-    size, error = (
-        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
-    )
-    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
+    return first if first.trial.clear else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
@@ -387,6 +385,13 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
+    turned = () if diagnosis.report is None else diagnosis.report.rotations
+    clipped = sum(is_clipped(one.problem) for one in turned)
+    if diagnosis.sensor == GYROSCOPE and clipped:
+        sentences.append(
+            f"{clipped} of {len(turned)} rotations reach the end of the gyroscope's range and are "
+            f"not used: {CLIPPING_ADVICE[GYROSCOPE]}."
+        )
     return sentences
 
 

@@ -19,6 +19,7 @@ from imucal_wizard.diagnose.survey import (
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
@@ -259,6 +260,16 @@ def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes()
     assert after is not None
     assert after is not before
     assert after.fit.model[-1] == "g-sensitivity"
+
+
+def test_rotations_that_clipped_are_not_asked_for_again_as_they_were() -> None:
+    """More rotations alone would clip as well."""
+    report, _ = fitted(rotations=3)
+    clipped = CLIPPED_ROTATION.format(axis="x")
+    turned = tuple(replace(one, problem=clipped) for one in report.rotations)
+    said = insufficient("gyroscope", "add rotations", replace(report, rotations=turned))
+    assert f"{len(turned)} of {len(turned)} rotations reach the end" in said.says
+    assert said.says.endswith("turn more slowly, or set a wider range in the device.")
 
 
 def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> None:
