@@ -10,7 +10,6 @@ from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
-    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -22,6 +21,8 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped
+from imucal_wizard.model.effect import GYROSCOPE
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -274,10 +275,7 @@ def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     first = effects[0] if effects and not diagnosis.added else None
     if first is None or first.trial is None or first.p > TEST_LEVEL:
         return None
-    size, error = (
-        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
-    )
-    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
+    return first if first.trial.clear else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
@@ -307,8 +305,13 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             dependence_text(bench, nearest.term),
         )
         return [f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."]
-    unseen = "These data do not show that the difference follows the time or the pose before"
-    return [f"{unseen}: the device may settle a little differently each time."]
+    return [
+        (
+            "These data do not show that the difference follows the time or the pose before: the "
+            "device may settle a little differently each time, or its error differs between poses "
+            "that are nearly alike."
+        )
+    ]
 
 
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -370,11 +373,21 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
-    sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
+    why = f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
+    if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
+        why = _capital(diagnosis.lacking)
+    sentences = [f"{why}."]
     if diagnosis.bench is not None:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
+    turned = () if diagnosis.report is None else diagnosis.report.rotations
+    clipped = sum(is_clipped(one.problem) for one in turned)
+    if diagnosis.sensor == GYROSCOPE and clipped:
+        sentences.append(
+            f"{clipped} of {len(turned)} rotations reach the end of the gyroscope's range and are "
+            f"not used: {CLIPPING_ADVICE[GYROSCOPE]}."
+        )
     return sentences
 
 
