@@ -1,9 +1,9 @@
-"""What may be wrong although these poses do not show it: the error that "held out" cannot see.
+"""The figure "could be": the error in any direction by effects that these poses hardly show.
 
 An effect that the measured directions barely show may still be large elsewhere. Each explanation in
-the catalogue has a probability and, given these data, a normal distribution of its sizes; what the
-base parameters take up of it, and their own noise, follow from the fit. Together they say how far a
-corrected reading may be from the truth in a direction anywhere on the sphere.
+the catalogue has a probability and, given these data, a normal distribution of its sizes. The share
+that the base parameters absorb, and their own noise, follow from the fit. Together they give the
+distribution of the error of a corrected reading in any direction.
 
 With the whitened columns B of the model and C of an effect of size s, the fit moves by
 ``δ = −N⁻¹ Bᵀ (C s + n)``, ``N = BᵀB + prior``, and a new row without noise is off by
