@@ -1,4 +1,4 @@
-"""From which size an effect is seen in such data, and from which its family is named.
+"""The sizes from which an effect is seen in such data, and from which its family is named.
 
 Both sizes follow from the rules by which the program judges a recording, applied to draws of the
 noise that these data allow with the pattern of the effect (see ``noise_draws``). A misfit is seen
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.explained_variance import discriminability
-from imucal_wizard.diagnose.hypotheses import UNKNOWN
+from imucal_wizard.diagnose.hypotheses import UNKNOWN, visible
 from imucal_wizard.diagnose.noise_draws import EffectInDraws, NoiseDraws, Weighed
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
@@ -37,8 +37,6 @@ USUAL_SIZES = 5.0
 """Typical sizes above which a parameter of an effect is not to be expected."""
 MAX_COMPLETE = 0.5
 """Probability of noise alone below which the model is likelier to lack something than nothing."""
-MIN_VISIBLE_SHARE = 0.02
-"""Share of a pattern left by the base below which the data do not show it."""
 FIRST_ESTIMATE = 5.0
 """At which the search for a misfit that is seen begins, in standard deviations of the estimate."""
 FIRST_EXCESS = 1.15
@@ -129,9 +127,8 @@ class Detectability:
 
     def _shown(self, candidate: Candidate) -> tuple[FloatArray, NDArray[np.bool_]]:
         """What each parameter shows at a size of one, (m, p), and which show anything, (p,)."""
-        patterns = self._hypotheses.frame.across.T @ candidate.columns
-        whole = np.linalg.norm(candidate.columns, axis=0)
-        shown = np.linalg.norm(patterns, axis=0) > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
+        patterns = visible(candidate.columns, self._hypotheses.frame)
+        shown = patterns.any(axis=0)
         # an estimate more uncertain than any size to be expected shows nothing
         strength = (1.0 / self._draws.variance).mean(axis=0) @ patterns**2
         shown &= strength * (USUAL_SIZES * candidate.typical) ** 2 > 1.0

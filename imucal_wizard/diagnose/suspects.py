@@ -1,4 +1,4 @@
-"""The suspects: every effect of the catalogue against what is left, and what adding it would do.
+"""The suspects: each effect of the catalogue, its evidence, and a trial of adding it.
 
 What adding does is tried with the estimator itself, by one step from where the present fit has
 arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.
@@ -11,8 +11,8 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, USUAL_SIZES, Detectability
-from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.detectability import USUAL_SIZES, Detectability
+from imucal_wizard.diagnose.hypotheses import DISTURBED, visible
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
@@ -130,7 +130,7 @@ class Suspect:
 
         def unlikely(at: float) -> float:
             if at not in tried:
-                candidate = candidate_at(self.misfit.fit, first.effect, float(np.exp(at)))
+                candidate = candidate_at(self.misfit, first.effect, float(np.exp(at)))
                 tried[at] = try_effects(self.misfit, (candidate,), self.noise)
             return unlikeliness(tried[at].found)
 
@@ -289,12 +289,10 @@ def _alike(misfit: WhitenedResiduals, hypotheses: HypothesisSet) -> dict[str, tu
     number = np.concatenate(
         [np.full(len(one.names), terms.index(one.term)) for one in misfit.candidates]
     )
-    patterns = hypotheses.frame.across.T @ np.concatenate(
-        [c.columns for c in misfit.candidates], axis=1
-    )
-    whole = np.concatenate([np.linalg.norm(c.columns, axis=0) for c in misfit.candidates])
+    columns = np.concatenate([one.columns for one in misfit.candidates], axis=1)
+    patterns = visible(columns, hypotheses.frame)
     length = np.linalg.norm(patterns, axis=0)
-    seen = length > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
+    seen = length > 0.0
     unit, number = patterns[:, seen] / length[seen], number[seen]
     near = np.argwhere(np.abs(unit.T @ unit) > MIN_CORRELATION_ALIKE)
     found = np.zeros((len(terms), len(terms)), np.bool_)

@@ -25,6 +25,7 @@ from imucal_wizard.estimate.slow_noise import (
     spans_of,
 )
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
+from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.identifiability import (
@@ -251,13 +252,22 @@ class AccelerometerExperiment(Experiment):
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
-        rows = cast("MagnitudeRows", found.rows[0])
-        excess = found.balance.variance - found.system.own
-        by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
+        rows, system = cast("MagnitudeRows", found.rows[0]), found.system
+        by_entries = rows.up_columns()
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
-        doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-        return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        def referred(covariance: FloatArray | None, excess: FloatArray) -> GravityReference:
+            steps = principal_steps(covariance)
+            doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+            return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        excess = found.balance.variance - system.own
+        known = referred(found.covariance(), excess)
+        if not excess.any():
+            return known
+        alone = solved(system, system.own, found.balance.precision).covariance
+        return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
 
     def referred(
         self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray
@@ -330,7 +340,7 @@ def first_fit(
     vectors = (means - first.bias) @ first.matrix.T
     if not (np.linalg.norm(vectors, axis=1) > 1e-6 * gravity).all():
         raise DataError(
-            "a still position reads no gravity at all: its readings are the centre of all others. "
+            "a still position reads no gravity: its readings are at the centre of all others. "
             "Check the columns, and measure that position again"
         )
     up, group = unit_vectors(vectors), group_directions(unit_vectors(vectors))
@@ -369,6 +379,6 @@ def check_means(means: FloatArray) -> None:
     extent = np.linalg.svd(means - means.mean(axis=0), compute_uv=False)
     if extent[-1] < FLAT * extent[0]:
         raise DataError(
-            "the still positions lie in one plane: some direction never sees gravity. Hold the "
-            "device still with each of its six faces up"
+            "the still positions lie in one plane: gravity never acts across it. Hold the device "
+            "still with each of its six faces up"
         )

@@ -138,14 +138,7 @@ def shrunk(
     known = (values > 0.0) & (values < np.inf) & (freedom > 0)
     if not known.any():
         return np.zeros(len(values))
-    offset, chance = log_moments(np.maximum(freedom, 1))
-    if of is not None:
-        whole = log_moments(of)
-        offset, chance = offset - whole[0], np.maximum(chance - whole[1], MIN_CHANCE)
-    logs = np.where(known, np.log(np.where(known, values, 1.0)) - offset, 0.0)
-    middle = median(logs[known])
-    spread = (SIGMA_PER_MEDIAN * median(np.abs(logs[known] - middle))) ** 2
-    off = np.where(known, (logs - middle) / np.sqrt(np.maximum(spread, chance)), 0.0)
+    logs, chance, off = _logarithms(values, known, freedom, of)
     kept = known & (np.abs(off) < OUTLYING)
     beyond = 0.0
     for _ in range(SHRINKING_ROUNDS):
@@ -165,6 +158,25 @@ def shrunk(
             break
     share = np.where(off < OUTLYING, beyond / (beyond + chance), 1.0)
     return np.asarray(np.exp(centre + np.where(known, share * (logs - centre), 0.0)))
+
+
+def _logarithms(
+    values: FloatArray, known: BoolArray, freedom: IntArray | FloatArray, of: IntArray | None = None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Logarithms of variances, 0 where not known, and their variance by chance.
+
+    And by how many standard deviations each is larger than most, shape (n,) each. For the
+    arguments see ``shrunk``.
+    """
+    offset, chance = log_moments(np.maximum(freedom, 1))
+    if of is not None:
+        whole = log_moments(of)
+        offset, chance = offset - whole[0], np.maximum(chance - whole[1], MIN_CHANCE)
+    logs = np.where(known, np.log(np.where(known, values, 1.0)) - offset, 0.0)
+    middle = median(logs[known])
+    spread = (SIGMA_PER_MEDIAN * median(np.abs(logs[known] - middle))) ** 2
+    off = np.where(known, (logs - middle) / np.sqrt(np.maximum(spread, chance)), 0.0)
+    return logs, np.asarray(chance), np.asarray(off)
 
 
 def _trembling(along: FloatArray, across: FloatArray, freedom: IntArray) -> bool:
@@ -272,9 +284,9 @@ class Rest:
 
     Attributes:
         mean: variance of each mean rate, (rad/s)², shape (h, 3).
-        moved: variance of the rate with which the device itself turned, (rad/s)², shape (h,).
-        end: variance of the direction at either end of the hold about its mean by that, rad²,
-            shape (h,); where the gyroscope carries the direction, that of its noise.
+        moved: what it has beyond the noise common to all, (rad/s)², shape (h,).
+        end: variance of the direction at either end of the hold about its mean, rad², shape (h,);
+            where the gyroscope carries the direction, that of its noise.
         carried: the device turned by more in the hold than the gyroscope's noise, which carries
             the mean direction to either end, shape (h,).
         per_second: variance × time of the corrected rate by noise alone, rad²/s, shape (3,).
@@ -293,9 +305,9 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     """From the noise of the holds' means.
 
     Axes differ by the noise per second that is common to all holds, holds by their own scatter,
-    moderated by all others (``shrunk``). What a hold has beyond the common noise counts as motion:
-    a device that turned while it was averaged says less about the bias, and ends elsewhere than its
-    mean direction.
+    moderated by all others (``shrunk``). What a hold has beyond the common noise says less about
+    the bias. In one that is far noisier than all others the device turned while it was averaged: it
+    ends elsewhere than its mean direction.
 
     Args:
         holds: all of them; without a gyroscope in them they count as noisy as the others.
@@ -308,6 +320,7 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
     growth, per_sample, alone = np.ones(len(holds)), density, np.full(len(holds), np.nan)
+    turned = np.zeros(len(holds), np.bool_)
     if (density > 0.0).all():
         # of each axis over the common noise: by its mean and by single samples
         unknown = np.full(3, np.nan)
@@ -320,13 +333,14 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
         freedom = 3 * np.array([one.noise_freedom for one in holds])
         many = 3 * np.array([one.samples - 1 for one in holds])
         alone = samples.mean(axis=1)
-        growth = _moderated(batches.mean(axis=1), alone, freedom, many)[0]
+        growth, freedom = _moderated(batches.mean(axis=1), alone, freedom, many)
+        turned = _logarithms(growth, growth > 0.0, freedom)[2] > OUTLYING
         if np.isfinite(samples).all():
             per_sample = density * [median(one) for one in samples.T]
     moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
     mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
     # carrying integrates noise: that of its own samples counts, which no slow motion changes
-    end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
+    end, noise = turned * moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
     known = np.array([one.gyroscope_turn is not None for one in holds])
     carried = known & (end > noise * alone)  # NaN where no noise is known
     end = np.where(carried, np.minimum(noise, end), end)

@@ -57,7 +57,7 @@ def quiet(
     found = known.posterior(np.zeros(len(frame.across)))
     noise = np.zeros_like(found.noise)
     noise[wander, np.argmin(np.abs(SIGMAS - NOISE))] = 1.0
-    shown = replace(misfit, fit=replace(misfit.fit, minimum=minimum))
+    shown = replace(misfit, minimum=minimum)
     return shown, known, replace(found, noise=noise)
 
 

@@ -7,7 +7,7 @@ noise, takes it back, adds it again, has the bench ask for more poses, and saves
 
 import re
 import time
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 from imucal_wizard.api import load
@@ -73,9 +73,9 @@ def _guess(terminal: Terminal) -> None:
     """Predict first: nothing is told before the guess is committed to; then it is judged."""
     terminal.press("p")
     terminal.wait_for(lambda text: "Predict first" in text and "<0.003" not in text)
-    while "▸ second-order" not in terminal.text:
+    while (chosen := _chosen(terminal.text)) != "second-order":
         terminal.press("\x1b[B")
-        terminal.wait_for(_other_than(terminal.text))
+        terminal.wait_for(partial(_chose_another, chosen))
     terminal.press("\r")
     terminal.wait_for("predict: second-order")
     terminal.press("\r")
@@ -83,9 +83,18 @@ def _guess(terminal: Terminal) -> None:
     terminal.press("\r")
 
 
-def _other_than(shown: str) -> Callable[[str], bool]:
-    """Whether the screen has changed since it showed this."""
-    return lambda text: text != shown
+def _chosen(shown: str) -> str:
+    """The suspect that the list has selected, or "".
+
+    Figures arrive beside the list meanwhile, so that another screen is not yet another selection.
+    """
+    found = re.search(r"▸ (\S+)", shown)
+    return found.group(1) if found else ""
+
+
+def _chose_another(before: str, shown: str) -> bool:
+    """Whether another suspect is selected than before."""
+    return _chosen(shown) != before
 
 
 def _ladder(terminal: Terminal) -> tuple[float, float]:
