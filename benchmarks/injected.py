@@ -267,7 +267,7 @@ def nameable(name: str, sensor: str, term: str, at: float) -> tuple[tuple[str, .
         return (), np.zeros(0)
     candidate = own[0].candidate
     if candidate.variant is not None:
-        candidate = candidate_at(findings.fit, candidate.effect, at)
+        candidate = candidate_at(findings.misfit, candidate.effect, at)
     sizes = own[0].detectability
     return candidate.names, np.maximum(sizes.named(candidate), sizes.seen(candidate))
 

@@ -59,11 +59,11 @@ __all__ = ["Fit", "Recording", "calibrate", "diagnose", "export", "load", "read"
 
 
 class Recording:
-    """What was recorded: the samples of files, or what the operator kept of a session.
+    """A recording: the samples of files, or of a session as the operator left it.
 
-    A session counts as the operator left it: what was taken back or repeated is left out, and holds
-    that validate are not fitted. Where that does not determine a calibration, or with
-    ``all_samples``, all its samples count like those of any recording.
+    Withdrawn and repeated measurements of a session, and the holds of its validation, are left out.
+    If the remaining data do not determine a calibration, or with ``all_samples``, all samples
+    count.
 
     Args:
         paths: recordings of one session, or one session file.
@@ -509,7 +509,7 @@ def export(
     path: str | os.PathLike[str],
     settings: "ExportSettings | None" = None,
 ) -> "Exported":
-    """Write what another program reads, and prove it by reading it back.
+    """Write a calibration for another program, and check the file by reading it back.
 
     Args:
         calibration: to be written.

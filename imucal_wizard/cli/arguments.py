@@ -91,7 +91,7 @@ def add_json(parser: argparse.ArgumentParser) -> None:
         "--json",
         type=document_place,
         metavar="FILE",
-        help="write the result as JSON; - for standard output, and nothing else there",
+        help="write the result as JSON; - writes nothing but JSON to standard output",
     )
 
 
@@ -352,7 +352,7 @@ def add_saving(parser: "argparse._ActionsContainer", help_text: str) -> None:
     parser.add_argument(
         "--force",
         action="store_true",
-        help="also save sensors whose calibration is worse than none, and over any other file",
+        help="also save sensors whose calibration is worse than none, and overwrite any other file",
     )
     for name, text in SAVED_ABOUT.items():
         parser.add_argument(f"--{name}", metavar="TEXT", help=f"{text}, for the saved file")

@@ -50,8 +50,8 @@ def parser() -> Parser:
     """The options of ``bench``."""
     made = fitting_parser(
         "bench",
-        "Compare model and measurement, rank what may be missing, add it, and see whether the "
-        "error on data held out falls.",
+        "Compare model and measurement, rank the effects that may be missing, add them, and see "
+        "whether the held-out error falls.",
     )
     made.add_argument(
         "--auto", action="store_true", help="add terms that held-out data confirm, then stop"
@@ -73,8 +73,8 @@ def parser() -> Parser:
     made.add_argument(
         "--view",
         metavar="NAME",
-        help="print a picture: what the model leaves against force, time, temperature, rate …; "
-        "another sensor's as SENSOR/NAME; list for the names",
+        help="print a plot of the residuals against force, time, temperature, rate …; another "
+        "sensor's as SENSOR/NAME; list for the names",
     )
     made.add_argument(
         "--guess",

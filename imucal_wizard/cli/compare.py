@@ -13,8 +13,8 @@ def parser() -> Parser:
     """The options of ``compare``."""
     made = fitting_parser(
         "compare",
-        "Fit a recording by every method (Q's, N's and our own) and show them side by "
-        "side: error fitted, error held out, what differs.",
+        "Fit a recording by every method (Q's, N's and our own) and show them side by side: "
+        "fitted error, held-out error, differences.",
     )
     add_field(made)
     return made

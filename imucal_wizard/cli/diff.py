@@ -7,7 +7,7 @@ from imucal_wizard.cli.arguments import Parser, add_json
 from imucal_wizard.cli.outcome import answer, spare, spare_others
 from imucal_wizard.core.errors import UsageError
 
-USAGE = (("diff CAL.json CAL.json...", "what has changed, and whether by more than chance"),)
+USAGE = (("diff CAL.json CAL.json...", "what has changed, and whether chance explains it"),)
 
 
 def parser() -> Parser:
@@ -15,9 +15,10 @@ def parser() -> Parser:
     made = Parser(
         prog="imucal-wizard diff",
         description="Compare calibrations of one device with each other or with a reference (a "
-        "certificate or rate table: TOML or JSON with a table of parameters per sensor). Two files "
-        "give each parameter's difference with its standard error and the probability of as much "
-        "by chance; three and more their scatter beside the one that their errors predict.",
+        "certificate or rate table: TOML or JSON with a table of parameters per sensor). For two "
+        "files it prints the difference of each parameter with its standard error and the "
+        "probability of such a difference by chance; for three or more, the scatter beside the "
+        "one that the standard errors predict.",
     )
     made.add_argument(
         "files", nargs="+", type=Path, metavar="FILE", help="a saved calibration or a reference"

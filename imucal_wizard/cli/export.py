@@ -15,7 +15,7 @@ from imucal_wizard.core.quantities import quantity
 if TYPE_CHECKING:
     from imucal_wizard.report.exports import Exported, ExportSettings, ExportTarget
 
-USAGE = (("export CAL.json", "write it for another program, and prove the file"),)
+USAGE = (("export CAL.json", "write it for another program, and check the file"),)
 
 
 def parser() -> Parser:
@@ -38,17 +38,23 @@ def parser() -> Parser:
         "--present",
         type=Path,
         metavar="FILE",
-        help="the parameters that the flight controller applied while it was recorded (a file like "
-        "the one that is written): both corrections become one",
+        help="the parameters that the flight controller applied during the recording (a file like "
+        "the one that is written): both corrections are combined",
     )
     made.add_argument(
         "--slot", type=int, default=0, choices=range(3), help="number of the IMU in the vehicle"
     )
     made.add_argument(
-        "--counts-per-g", type=float, metavar="N", help="of INAV and Betaflight (default: 2048)"
+        "--counts-per-g",
+        type=float,
+        metavar="N",
+        help="counts per g of INAV and Betaflight (default: 2048)",
     )
     made.add_argument(
-        "--noise", type=Path, metavar="NOISE.json", help="what the command noise wrote, for Kalibr"
+        "--noise",
+        type=Path,
+        metavar="NOISE.json",
+        help="the file that the command noise wrote, for Kalibr",
     )
     says = "write the calibration to the board on this port, and wait for its echo (adafruit)"
     add_port(made, says)

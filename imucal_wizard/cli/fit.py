@@ -32,7 +32,7 @@ def parser() -> Parser:
     made.add_argument(
         "--no-verdict",
         action="store_true",
-        help="only fit: do not look for what the model lacks, and give no verdict",
+        help="only fit, without a verdict on what the model lacks",
     )
     add_rate_table(made)
     add_saving(made, "save the calibration to this file")

@@ -9,7 +9,7 @@ from imucal_wizard.cli.outcome import answer
 if TYPE_CHECKING:
     from imucal_wizard.acquire.listen import PortReport
 
-USAGE = (("ports", "list what is plugged in and what it sends"),)
+USAGE = (("ports", "list the serial ports and the format of what arrives"),)
 
 
 def parser() -> Parser:

@@ -41,9 +41,10 @@ def parser() -> Parser:
     """The options of ``recheck``."""
     made = Parser(
         prog="imucal-wizard recheck",
-        description="Check a saved calibration against a minute of holds and rotations: GO or "
-        "NO-GO for each sensor, what has moved and by how much. Leave the device at rest for 5 s, "
-        "then hold it still for 2 s with each face up, and turn it about each axis in between.",
+        description="Check a saved calibration with a minute of holds and rotations: GO or NO-GO "
+        "for each sensor, and which parameters have moved by how much. Leave the device at rest "
+        "for 5 s, then hold it still for 2 s with each face up, and turn it about each axis in "
+        "between.",
     )
     made.add_argument("calibration", type=Path, metavar="CAL.json", help="the saved calibration")
     made.add_argument(

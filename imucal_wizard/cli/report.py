@@ -29,8 +29,8 @@ def parser() -> Parser:
     """The options of ``report``."""
     made = Parser(
         prog="imucal-wizard report",
-        description="Write a calibration report: one HTML file without anything from outside, that "
-        "prints on A4, in the words of ISO/IEC 17025 without claiming accreditation.",
+        description="Write a calibration report: one self-contained HTML file that prints on A4. "
+        "It uses the terms of ISO/IEC 17025 and claims no accreditation.",
     )
     made.add_argument("file", type=Path, metavar="CAL.json", help="a saved calibration")
     made.add_argument(
@@ -41,7 +41,10 @@ def parser() -> Parser:
         help="the file to write (default: beside the calibration)",
     )
     made.add_argument(
-        "--noise", type=Path, metavar="NOISE.json", help="show what the command noise wrote, too"
+        "--noise",
+        type=Path,
+        metavar="NOISE.json",
+        help="also show the noise that the command noise wrote to this file",
     )
     add_location(made)
     add_sessions(made)

@@ -1,1 +1,1 @@
-"""Compare the model with the measurements, see where it fails, name what is missing, add it."""
+"""Comparison of model and measurements: misfit, suspects, verdict, next poses, recheck."""

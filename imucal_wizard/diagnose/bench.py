@@ -20,11 +20,11 @@ from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, explained
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
-from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals
+from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals, whitened_rows
 from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fit import VALLEY, fit, refined_minimum, residual_table
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
@@ -38,8 +38,8 @@ of the errors, is below the noise."""
 MAX_REFITS = 3
 """Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0
-"""Error held out, in units of what noise makes, above which a free curve of the model is only a
-guess between the poses: it has room for whatever it was fitted to."""
+"""Error held out, in units of the noise, above which a free curve of the model is only a guess
+between the poses, because it can follow any data."""
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,7 @@ class Bench:
         rounding: of the readings, where they are known.
         first: the fit without effects, where it is known.
 
-    Raises:
-        DataError: the data do not carry the base model.
+    Raises: DataError: the data do not determine the base model.
     """
 
     def __init__(
@@ -245,6 +244,12 @@ class Bench:
         return self._fits[-1]
 
     @property
+    def within_floor(self) -> bool:
+        """Whether the error held out is no larger than noise makes it."""
+        held_out, floor = self.fit.rms_held_out, self.fit.floor
+        return held_out is not None and floor is not None and held_out <= floor
+
+    @property
     def rows(self) -> ResidualTable:
         """The residual table of the present fit."""
         assert self.fit.rows is not None, "a bench's fit has rows"  # noqa: S101 (narrows the type)
@@ -295,11 +300,16 @@ class Bench:
             known = {one.name: one for one in shown}
             terms = [Term(known[name], variant) for name, variant in found]
             try:
-                there = fit(self.measured, (*self.fit.terms, *terms), self.fit.base)
+                # what is left of the way is linear
+                there = refined_minimum(
+                    self.measured, (*self.fit.terms, *terms), self.fit.base, VALLEY
+                )
             except DataError:
                 break
-            misfit = whitened_residuals(there, shown, names)
-            hypotheses, posterior = explained(misfit)
+            misfit = whitened_rows(there, residual_table(there), shown, names)
+            # squares that the linear model neglects look like noise: they only add to it
+            wander = hypotheses.frame.largest_wander(posterior.noise)
+            hypotheses, posterior = explained(misfit, wander)
         return misfit, hypotheses, posterior
 
     def with_curves(self, found: BenchFindings) -> BenchFindings:
@@ -377,9 +387,8 @@ class Bench:
             variant: its setting; None for the one that the data settle on.
             near: of the settings tried, the one to settle near; None for the likeliest.
 
-        Raises:
-            UsageError: there is no such effect, or it is in the model already.
-            DataError: the data do not carry it.
+        Raises: UsageError: there is no such effect, or it is in the model already. DataError: the
+            data do not determine it.
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
@@ -422,7 +431,7 @@ class Bench:
     def retrace(self, changes: Sequence[ModelChange], own: Sequence[Effect] = ()) -> None:
         """Change the model as another bench was changed, on the data of this one.
 
-        Effects that these data cannot show are left out, and models that they do not carry.
+        Effects that these data cannot show, and models that they do not determine, are left out.
 
         Args:
             changes: those of the other bench.

@@ -1,8 +1,9 @@
-"""The benches of one session, and the order among them: the accelerometer must pass first.
+"""The benches of one session and their order: the accelerometer must be complete first.
 
-Gravity, as the accelerometer sees it, is the gyroscope's reference. A second-order term of 3 mg/g²
-left out of the accelerometer tilts that reference by 0.07°, twice the noise of a rotation, and the
-gyroscope would be blamed for it. A magnetometer's rows are magnitudes, which need no reference.
+Gravity as measured by the accelerometer is the gyroscope's reference. A second-order term of 3
+mg/g² left out of the accelerometer tilts that reference by 0.07°, twice the noise of a rotation,
+and the error would be attributed to the gyroscope. A magnetometer's rows are magnitudes, which need
+no reference.
 """
 
 from collections.abc import Mapping, Sequence

@@ -1,9 +1,9 @@
-"""What may be wrong although these poses do not show it: the error that "held out" cannot see.
+"""The figure "could be": the error in any direction by effects that these poses hardly show.
 
 An effect that the measured directions barely show may still be large elsewhere. Each explanation in
-the catalogue has a probability and, given these data, a normal distribution of its sizes; what the
-base parameters take up of it, and their own noise, follow from the fit. Together they say how far a
-corrected reading may be from the truth in a direction anywhere on the sphere.
+the catalogue has a probability and, given these data, a normal distribution of its sizes. The share
+that the base parameters absorb, and their own noise, follow from the fit. Together they give the
+distribution of the error of a corrected reading in any direction.
 
 With the whitened columns B of the model and C of an effect of size s, the fit moves by
 ``δ = −N⁻¹ Bᵀ (C s + n)``, ``N = BᵀB + prior``, and a new row without noise is off by
@@ -17,11 +17,12 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.directions import even_directions
+from imucal_wizard.core.directions import spread_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.estimate.distributions import normal_below
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.model.rows.source import Parameters, Rows
@@ -30,14 +31,15 @@ from imucal_wizard.model.terms import Term, Terms
 
 COVERED_SHARE = 0.95
 """Share of directions and of explanations, by their probability, in which the error is smaller."""
-DIRECTIONS = even_directions(40)
-"""The error changes little from one of them to the next."""
+DIRECTIONS = spread_directions(160)
+"""Enough that the last twentieth of them is a few. One in the order of another is in no order of
+the holds or rotations, which are taken in turn: what changes with time is met in all directions."""
 MIN_LIKELY_SHARE = 3e-4
 """Explanations less likely than this are left out, a few per cent of the probability in all."""
+HALVINGS = 24
+"""Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
 """Probability of noise and effects together below which the catalogue says nothing."""
-DEVIATIONS = np.array([-1.465, -0.792, -0.366, 0.0, 0.366, 0.792, 1.465])
-"""Middles of seven equal shares of a normal distribution, standard deviations."""
 
 
 def could_be(
@@ -129,12 +131,14 @@ def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> f
     means = np.maximum(means, 1e-300)
     # Wilson and Hilferty, as in ``distributions.chi_square``: 2/(9ν) with ν = 2 mean²/variance
     part = variances / (9.0 * means**2)
-    cubes = 1.0 - part[:, :, None] + np.sqrt(part)[:, :, None] * DEVIATIONS
-    errors = np.sqrt(means[:, :, None] * np.maximum(cubes, 0.0) ** 3).ravel()
-    weight = np.repeat(shares, errors.size // len(shares))
-    order = np.argsort(errors)
-    below = np.cumsum(weight[order])
-    return float(errors[order[np.searchsorted(below, COVERED_SHARE * below[-1])]])
+    scale = np.cbrt(means)
+    middle, width = (1.0 - part) * scale, np.maximum(np.sqrt(part), 1e-9) * scale
+    low, high = 0.0, float((middle + 2.0 * width).max())
+    for _ in range(HALVINGS):
+        cube = 0.5 * (low + high)
+        below = shares @ normal_below((cube - middle) / width).mean(axis=1)
+        low, high = (cube, high) if below < COVERED_SHARE * shares.sum() else (low, cube)
+    return float(high**1.5)
 
 
 def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, FloatArray, IntArray]:

@@ -1,4 +1,4 @@
-"""What a free curve shows: what it depends on, where it is steep, how wide, how large.
+"""The shape of a free curve: its abscissa, and the place, width and height of its steep part.
 
 Bias and scale take any straight line of it, so that only changes of slope are reported. The slope
 is relative to that of the half of the curve where it is most alike. Where it stays above half of
@@ -128,7 +128,7 @@ class CurveShape:
             rise = plus_minus(self.steep.rise, self.steep.rise_error)
             return f"{self._where()}, {with_unit(rise, self.unit)} high"
         span = with_unit(plus_minus(self.span, self.span_error), self.unit)
-        return f"{self._where()}, {span} from its lowest to its highest point"
+        return f"{self._where()}, {span} between its lowest and its highest point"
 
     def _where(self) -> str:
         steep, unit = self.steep, self.x_unit

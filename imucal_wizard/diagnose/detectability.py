@@ -1,4 +1,4 @@
-"""From which size an effect is seen in such data, and from which its family is named.
+"""The sizes from which an effect is seen in such data, and from which its family is named.
 
 Both sizes follow from the rules by which the program judges a recording, applied to draws of the
 noise that these data allow with the pattern of the effect (see ``noise_draws``). A misfit is seen
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.explained_variance import discriminability
-from imucal_wizard.diagnose.hypotheses import UNKNOWN
+from imucal_wizard.diagnose.hypotheses import UNKNOWN, visible
 from imucal_wizard.diagnose.noise_draws import EffectInDraws, NoiseDraws, Weighed
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
@@ -26,6 +26,8 @@ from imucal_wizard.diagnose.verdict import (
     MIN_FAMILY_PROBABILITY,
     needed,
 )
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
 
 SEEN_SHARE = 0.95
 """Share of recordings in which a misfit of the size reported is seen."""
@@ -33,8 +35,8 @@ NAMED_SHARE = 0.90
 """Share of recordings in which the family is named at the size reported."""
 USUAL_SIZES = 5.0
 """Typical sizes above which a parameter of an effect is not to be expected."""
-MIN_VISIBLE_SHARE = 0.02
-"""Share of a pattern left by the base below which the data do not show it."""
+MAX_COMPLETE = 0.5
+"""Probability of noise alone below which the model is likelier to lack something than nothing."""
 FIRST_ESTIMATE = 5.0
 """At which the search for a misfit that is seen begins, in standard deviations of the estimate."""
 FIRST_EXCESS = 1.15
@@ -59,7 +61,7 @@ class Detectability:
         chances: Chances,
     ) -> None:
         self._misfit, self._hypotheses, self._chances = misfit, hypotheses, chances
-        self._noise = posterior.noise
+        self._posterior, self._noise = posterior, posterior.noise
 
     def p(self, log_odds: float) -> float:
         """Chance that noise alone makes any suspect look as good."""
@@ -125,9 +127,8 @@ class Detectability:
 
     def _shown(self, candidate: Candidate) -> tuple[FloatArray, NDArray[np.bool_]]:
         """What each parameter shows at a size of one, (m, p), and which show anything, (p,)."""
-        patterns = self._hypotheses.frame.across.T @ candidate.columns
-        whole = np.linalg.norm(candidate.columns, axis=0)
-        shown = np.linalg.norm(patterns, axis=0) > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
+        patterns = visible(candidate.columns, self._hypotheses.frame)
+        shown = patterns.any(axis=0)
         # an estimate more uncertain than any size to be expected shows nothing
         strength = (1.0 / self._draws.variance).mean(axis=0) @ patterns**2
         shown &= strength * (USUAL_SIZES * candidate.typical) ** 2 > 1.0
@@ -135,14 +136,27 @@ class Detectability:
 
     @cached_property
     def _draws(self) -> NoiseDraws:
-        misfit, frame = self._misfit, self._hypotheses.frame
+        misfit, frame, found = self._misfit, self._hypotheses.frame, self._complete
         rows = misfit.independent.measured(np.eye(len(misfit)))
         coordinates = frame.across.T @ misfit.whitened(rows)
-        noise = misfit.minimum.experiment.foreseen(misfit.minimum, coordinates)
+        noise = found.experiment.foreseen(found, coordinates)
         if noise is None:
             shares, sizes = likely_noise(self._noise)
             noise = shares, sizes[:, None] ** 2 / np.array(frame.each_weights)
         return NoiseDraws(self._hypotheses, *noise)
+
+    @cached_property
+    def _complete(self) -> Minimum[Experiment]:
+        """The fit with the likeliest effects, if it is likelier to lack something than nothing.
+
+        What the model lacks would count as noise, and hide all but the largest effects.
+        """
+        likeliest = set(self._hypotheses.likeliest_effects(self._posterior))
+        lacks = self._posterior.single[0] < MAX_COMPLETE
+        every = self._misfit.candidates
+        return self._misfit.with_effects(
+            [one for one in every if lacks and (one.term, one.variant) in likeliest]
+        )
 
     @cached_property
     def _suspects(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""An effect in words: what it depends on, its sizes, what it costs to ignore it, what shows it."""
+"""An effect in words: its dependence, its sizes, the cost of ignoring it, the data that show it."""
 
 import numpy as np
 
@@ -11,7 +11,12 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import Suspect, largest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
-from imucal_wizard.model.lesson import cost_of_ignoring, left_by_magnitude, session_poses
+from imucal_wizard.model.lesson import (
+    cost_of_ignoring,
+    left_by_magnitude,
+    session_poses,
+    session_words,
+)
 
 MIN_SIZE_IN_ERRORS = 3.0
 """A size is named from so many standard errors on."""
@@ -50,7 +55,7 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
         f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
-        f"Ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
+        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
     ]
 
 
@@ -120,7 +125,7 @@ def seen_from(one: Suspect) -> str:
         if one.never_named:
             words += f" but on {', '.join(one.never_named)} at no size"
     else:
-        words += ", named at no size: other explanations leave as little"
+        words += ", named at no size: other explanations fit as well"
     if one.sized.variant is not None:
         words += f" (at {one.sized.variant:.0f} s)"
     hard = one.hardly_shown
@@ -128,12 +133,8 @@ def seen_from(one: Suspect) -> str:
 
 
 def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
-    price, when = cost_of_ignoring(effect, sensor, sizes), ""
-    if effect.against == "current":
-        when = " in a session whose motors draw up to 10 A"
-    elif effect.kind != "orientation":
-        when = " in a session of 20 minutes that warms the device by 20 °C"
-    return f"{price.words()}{when}"
+    when = session_words(effect)
+    return f"{cost_of_ignoring(effect, sensor, sizes).words()}{f' {when}' if when else ''}"
 
 
 def difference_at_one_g(first: Explained, second: Explained) -> float:

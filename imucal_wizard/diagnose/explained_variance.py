@@ -1,4 +1,4 @@
-"""How much of the misfit the likeliest explanations take away, and how far these data discriminate.
+"""The share of the misfit that the likeliest explanations remove, and how well data discriminate.
 
 Faces and edges hold an axis at five inputs only: 0, ±0.71 and ±1 g. Bias and scale absorb so much
 that two numbers are left of any characteristic, and a second and a third order together make any
@@ -37,6 +37,7 @@ class ExplainedVariance:
         self._misfit, self._hypotheses, self._posterior = misfit, hypotheses, posterior
         self.coordinates = hypotheses.frame.across.T @ misfit.residual
         self._wandering = posterior.noise.sum(axis=1)
+        self.largest_wander = hypotheses.frame.largest_wander(posterior.noise)
         single, paired = posterior.single, posterior.paired
         self._pair_wins = len(paired) > 0 and paired.max() > single.max()
         self.noise = float(

@@ -1,4 +1,4 @@
-"""The honest floor: what no model can go below, seen in three ways.
+"""The noise floor, below which no model can go, measured in three ways.
 
 - **within**: noise of an average by the scatter of its block means;
 - **rounding**: step of the readings / √12, which averaging does not lessen where the noise is too

@@ -1,4 +1,4 @@
-"""Free curves where nothing in the catalogue fits: which one, and what it shows.
+"""Selection of a free curve where no effect of the catalogue fits.
 
 A curve of one axis over force, time or temperature (``model.unknown_shape``) can imitate much. It
 is offered only after the catalogue has been refused, and only if
@@ -209,7 +209,7 @@ def try_curves(
     frame = hypotheses.frame
     prior = float(np.log(PRIOR[UNKNOWN] / len(curves) / len(LENGTHS)))
     candidates = [
-        candidate_at(fit, curve, float(SETTINGS.index((length, 1.0))))
+        candidate_at(misfit, curve, float(SETTINGS.index((length, 1.0))))
         for curve in curves
         for length in LENGTHS
     ]

@@ -1,7 +1,6 @@
-"""One word per sensor for a technician: good, doubtful or not usable, and why in one sentence."""
+"""The grade of each sensor: good, doubtful or not usable, with the reason in one sentence."""
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -33,11 +32,11 @@ what it sums up to in a usual rotation."""
 _REASONS = {
     Verdict.MISSING: "something is missing in the model",
     Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
-    Verdict.UNEXPLAINED: "more than noise is left, and nothing explains it for sure",
+    Verdict.UNEXPLAINED: "more than noise is left, and no explanation is certain",
     Verdict.NOT_REPEATABLE: "the same pose does not repeat",
     Verdict.DISTURBED: "something probably moved during the measurement",
     Verdict.INSUFFICIENT: "the data are too few for this model",
-    Verdict.WAITING: "the accelerometer has to be completed first",
+    Verdict.WAITING: "the accelerometer's model must be completed first",
 }
 
 
@@ -129,6 +128,8 @@ def read_limits(path: Path) -> Limits:
         RecordingError: the file cannot be read or is no TOML.
         UsageError: a key, grade, number or unit is not known.
     """
+    import tomllib
+
     try:
         given = tomllib.loads(read_document(path).decode())
     except (ValueError, RecursionError) as error:
@@ -168,7 +169,7 @@ def given_limits(texts: Sequence[str], path: Path | None = None) -> dict[str, fl
         sensor, equals, limit = text.partition("=")
         if not equals or sensor.strip() not in _UNITS:
             raise UsageError(
-                f"{text!r} is no limit; write a sensor, =, a number and a unit, like "
+                f"{text!r} is not a limit; write a sensor, =, a number and a unit, like "
                 "accelerometer=2mg"
             )
         found[sensor.strip()] = _limit(sensor.strip(), limit)
@@ -194,7 +195,7 @@ def _limit(sensor: str, text: object) -> float:
     if factor is None or not 0.0 < size < float("inf"):
         units, like = ", ".join(_UNITS[sensor]), LIMITS_OF_USE[USUAL_GRADE][sensor]
         raise UsageError(
-            f"{sensor} = {text!r} is no limit; write a number above zero and a unit ({units}), "
+            f"{sensor} = {text!r} is not a limit; write a number above zero and a unit ({units}), "
             f'like "{like}"'
         )
     return size * factor

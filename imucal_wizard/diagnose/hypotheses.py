@@ -1,17 +1,17 @@
-"""Everything that might explain a misfit, each as a Gaussian: which patterns, how strong.
+"""The hypotheses that may explain a misfit, each as a Gaussian with patterns and prior sizes.
 
 An explanation is a covariance of low rank in the space that the base parameters cannot absorb.
 Besides the effects of the catalogue there are, with priors of their own:
 
 - one disturbed hold or rotation;
-- structure that no effect makes: an error smooth over the sphere, or a characteristic of one axis.
+- structure that no effect causes: an error smooth over the sphere, or a characteristic of one axis.
   Both are Gaussian processes written with their values at a few nodes (Nyström's method);
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
-Without these, any pattern would be given the name of the effect that resembles it most. Two effects
-at once are pairs of single parameters of different families, or two disturbed holds. With the
-products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual (XᵀWr) and
-t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
+Without these hypotheses, every pattern would be attributed to the effect that resembles it most.
+Two effects at once are pairs of single parameters of different families, or two disturbed holds.
+With the products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual
+(XᵀWr) and t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
 ``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 
@@ -40,6 +40,9 @@ SPREAD_SHARES = (0.32, 0.32, 0.32, 0.03, 0.01)
 """How often each of them occurs. Without the last two, the probability of a size far above the
 usual one would fall with the exponential of its square, and larger noise or unknown structure would
 always be more probable."""
+MIN_VISIBLE_SHARE = 0.02
+"""Share of a pattern left by the model below which the data do not show it: what is left of an
+alias of the model is what a linear model neglects, and a size that fits it means nothing."""
 DISTURBANCES = (6.0, 20.0, 60.0, 240.0, 960.0)
 """A disturbed hold is off by so many noise standard deviations."""
 
@@ -89,6 +92,15 @@ def noise_alone(frame: Frame) -> Hypothesis:
     return Hypothesis(NOTHING, (), (), None, "", float(np.log(PRIOR[NOTHING])), empty, SPREADS)
 
 
+def visible(columns: FloatArray, frame: Frame) -> FloatArray:
+    """What these data show of whitened columns beside the model, shape (n, p) to (m, p).
+
+    Zero where the model takes up all but a share below ``MIN_VISIBLE_SHARE``.
+    """
+    left, whole = frame.across.T @ columns, np.linalg.norm(columns, axis=0)
+    return np.where(np.linalg.norm(left, axis=0) > MIN_VISIBLE_SHARE * whole, left, 0.0)
+
+
 def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     """Each effect on all its parameters together and on each of them alone."""
     terms = [candidate.term for candidate in misfit.candidates]
@@ -98,7 +110,7 @@ def effect_hypotheses(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     columns = [candidate.columns * candidate.typical for candidate in misfit.candidates]
     ends = np.cumsum([one.shape[1] for one in columns])
     # one product of all columns is much faster than one for each candidate
-    every = frame.across.T @ np.column_stack(columns)
+    every = visible(np.column_stack(columns), frame)
     made = []
     for place, (candidate, end) in enumerate(zip(misfit.candidates, ends.tolist(), strict=True)):
         paired = candidate.effect.paired or terms[:place].count(candidate.term) % 2 == 1

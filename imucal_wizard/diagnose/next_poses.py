@@ -1,4 +1,4 @@
-"""What to measure next after each verdict, as requests to the operator.
+"""The measurements to take next after each verdict, as requests to the operator.
 
 Requests that separate two explanations are chosen by ``optimal_design``; where the base model
 itself is not determined, the pose that adds most information about it comes first.
@@ -68,7 +68,7 @@ MIN_SPARE_DIRECTIONS = 2
 """Directions beyond what determines the model, to leave out one and to contradict the rest."""
 MAX_P_WORTH_SEPARATING = 0.05
 """A suspect of this p-value is worth separating from another."""
-ELSEWHERE = "one metre away from where it was, and from anything of iron"
+ELSEWHERE = "one metre away from the first place, and away from iron"
 
 Requests = tuple[MeasurementRequest, ...]
 
@@ -101,9 +101,9 @@ def _rotations(axes: str, why: str) -> Requests:
     return tuple(
         request(
             DIRECTIONS[START_POSES[axis]],
-            f"with {pose_in_words(START_POSES[axis])}, turn it about {axis} both ways, each "
+            f"with {pose_in_words(START_POSES[axis])}, rotate about {axis} in both senses, each "
             f"slowly, faster and fast ({rates} °/s): {why}",
-            brief=f"turn it about {axis} both ways, each at {rates} °/s",
+            brief=f"rotate about {axis} in both senses, each at {rates} °/s",
             axis=axis,
             count=ROTATIONS_PER_AXIS,
         )
@@ -133,7 +133,7 @@ def first_requests(sensor: str) -> Requests:
             np.zeros((0, 3)), ("bias", "scale", "non-orthogonality")
         ),
         GYROSCOPE: lambda: _rotations("xyz", "the gyroscope needs rotations about every axis"),
-        MAGNETOMETER: lambda: circles("the magnetometer needs the field from every side"),
+        MAGNETOMETER: lambda: circles("the magnetometer needs the field from every direction"),
     }[sensor]()
 
 
@@ -225,16 +225,19 @@ def disturbed_parts(
 
 
 def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
-    """The accused hold's direction, or the accused rotation, once more."""
+    """The direction of the hold, or the rotation, that is called disturbed, once more."""
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
     found = []
     for hold in holds:
         up = ups[int(np.flatnonzero(numbers == hold)[0])]
-        brief = f"hold {hold + 1} is accused, and one more there decides it"
-        why = f"{_words(up)} again: hold {hold + 1} is accused, and one more hold there decides it"
+        brief = f"another hold there shows whether hold {hold + 1} was disturbed"
+        why = f"{_words(up)} again: another hold there shows whether hold {hold + 1} was disturbed"
         found.append(request(up, why, brief=brief))
-    found += [_rotation_again(table, one, "one more rotation decides it") for one in rotations]
+    found += [
+        _rotation_again(table, one, "another rotation shows whether it was disturbed")
+        for one in rotations
+    ]
     return tuple(found)
 
 
@@ -269,7 +272,7 @@ def _corners_and_repeats(table: ResidualTable) -> Requests:
 
 
 def _does_it_repeat(size: float) -> str:
-    return f"off by {size:.1f} times the noise; does it repeat?"
+    return f"it was off by {size:.1f} times the noise; does this repeat?"
 
 
 def _worst_again(table: ResidualTable) -> Requests:
@@ -306,7 +309,7 @@ def inside_steep_part(bench: Bench, findings: BenchFindings) -> Requests:
         why = f"the error of {shape.axis} changes between {ends} {unit}, and its width is not known"
         if shape.against == "rate":
             rates = ", ".join(fixed(one, 0) for one in np.abs(inside))
-            how = f"turn it about {shape.axis} both ways, fastest at {rates} °/s"
+            how = f"rotate about {shape.axis} in both senses, fastest at {rates} °/s"
             start = START_POSES[shape.axis]
             words = f"with {pose_in_words(start)}, {how}: {why}"
             count = 2 * POSES_INSIDE_STEEP_PART
@@ -336,7 +339,7 @@ def _more_of_all(table: ResidualTable) -> Requests:
     again = tuple(
         request(
             DIRECTIONS[name],
-            f"{pose_in_words(name)} again: a drift shows there",
+            f"{pose_in_words(name)} again, to show a drift",
             brief="once more, to show a drift",
         )
         for name in names[:MAX_REPEATED_HOLDS]
@@ -392,21 +395,21 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
     if verdict is Verdict.AMBIGUOUS:
         if any("current" in terms for terms in findings.opinion.explanations):
             return circles(
-                "once more, half of it with the motors on, separates a current from slow changes"
+                "once more, half of it with the motors on, to separate a current from slow changes"
             )
         return circles(
-            "once more with the device warmer separates a drift from temperature", warm=True
+            "once more with the device warmer, to separate a drift from temperature", warm=True
         )
     if verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE):
-        return circles(f"again, {ELSEWHERE}: an error that stays is the sensor's")
+        return circles(f"again, {ELSEWHERE}: an error that stays the same is one of the sensor")
     if verdict is Verdict.DISTURBED:
         # faces on which a circle sees the directions that are accused
         field = table.direction[np.isin(table.index, findings.opinion.holds)]
         near = np.argmax(-field @ np.array(list(FACES.values())).T, axis=1)
         names = list(FACES)
-        return circles("once more decides it", tuple(dict.fromkeys(names[k] for k in near)))
+        return circles("once more, to decide", tuple(dict.fromkeys(names[k] for k in near)))
     if verdict is Verdict.INSUFFICIENT:
-        return circles("the magnetometer needs the field from every side")
+        return circles("the magnetometer needs the field from every direction")
     return ()
 
 

@@ -1,12 +1,11 @@
-"""Recordings with an effect that are made here: the size at which a rule is met in most of them.
+"""Simulated residuals with an effect: the size at which a rule is met in most of them.
 
-Such a recording is the pattern of the effect in a draw of the noise that these data allow. In each
-draw the rule is met from one estimate ``l`` of the size on, in units of its standard deviation
+A simulated residual is the pattern of the effect plus a draw of the noise that these data allow. In
+each draw the rule is met from one estimate ``l`` of the size on, in units of its standard deviation
 ``e``. The noise along the pattern itself moves the estimate and nothing else; it is Gaussian and
-independent of all other noise, so that at a size ``s`` the rule is met in the share
-``mean Φ(s/e − l)`` of recordings. All other noise is drawn: it turns one bent characteristic into a
-rippled one and a drift into a wandering bias, and the program estimates from it how large the noise
-is.
+independent of all other noise, so that at a size ``s`` the rule is met in the share ``mean Φ(s/e −
+l)`` of recordings. All other noise is drawn: it turns one bent characteristic into a rippled one
+and a drift into a wandering bias, and the program estimates from it how large the noise is.
 
 The coordinates of a residual along every explanation (see ``Spectrum``) are linear in the size:
 draws are turned once, and each pattern once. Explanations and kinds of noise that hold next to no

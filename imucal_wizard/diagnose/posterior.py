@@ -65,11 +65,6 @@ class Posterior:
     wander: float
 
     @property
-    def wandering(self) -> float:
-        """Probability that the noise wanders at all."""
-        return float(self.noise[1:].sum())
-
-    @property
     def expected_noise(self) -> float:
         """Expected noise over all explanations, in units of that within the holds."""
         return float(self.single @ self.sigma + self.paired @ self.sigma_paired)
@@ -172,14 +167,17 @@ class HypothesisSet:
                 made += joint_hypotheses(first, other)
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
-    def beside(self, coordinates: FloatArray, inside: FloatArray) -> dict[str, float]:
+    def beside(
+        self, coordinates: FloatArray, inside: FloatArray, largest_wander: float = np.inf
+    ) -> dict[str, float]:
         """Probability of each kind of single explanation of what a name leaves.
 
         Args:
             coordinates: of a residual, shape (m,).
             inside: what the name takes up, orthonormal, shape (m, k).
+            largest_wander: of the noise, where it is known.
         """
-        rest = HypothesisSet(self.frame, self.single, inside=inside)
+        rest = HypothesisSet(self.frame.up_to(largest_wander), self.single, inside=inside)
         left = coordinates - inside @ (inside.T @ coordinates)
         found = rest.posterior(self.frame.across @ left)
         shares = dict.fromkeys((NOTHING, EFFECT, PAIR, DISTURBED, UNKNOWN), 0.0)
@@ -203,12 +201,18 @@ class HypothesisSet:
         return found
 
 
-def explained(misfit: WhitenedResiduals) -> tuple[HypothesisSet, Posterior]:
+def explained(
+    misfit: WhitenedResiduals, largest_wander: float = np.inf
+) -> tuple[HypothesisSet, Posterior]:
     """Everything that may explain a misfit, and the probabilities.
 
     Where unknown structure is likely, pairs of whole effects are among the explanations.
+
+    Args:
+        misfit: what is left.
+        largest_wander: of the noise, where it is known.
     """
-    hypotheses = hypothesis_set(misfit)
+    hypotheses = hypothesis_set(misfit, largest_wander=largest_wander)
     posterior = hypotheses.posterior(misfit.residual)
     unknown = [one.kind == UNKNOWN for one in hypotheses.single]
     if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
@@ -217,9 +221,11 @@ def explained(misfit: WhitenedResiduals) -> tuple[HypothesisSet, Posterior]:
     return hypotheses, posterior
 
 
-def hypothesis_set(misfit: WhitenedResiduals, pairs: bool = True) -> HypothesisSet:
+def hypothesis_set(
+    misfit: WhitenedResiduals, pairs: bool = True, largest_wander: float = np.inf
+) -> HypothesisSet:
     """Everything that may explain a misfit of this design."""
-    frame = frame_of(misfit)
+    frame = frame_of(misfit).up_to(largest_wander)
     made = [noise_alone(frame), *effect_hypotheses(misfit, frame), *disturbances(misfit, frame)]
     made += unknown_structure(misfit, frame) + field_changes(misfit, frame)
     return HypothesisSet(frame, made, all_pairs(made) if pairs else None)

@@ -1,8 +1,8 @@
-"""The setting of an effect that is not linear in it, found between those that are tried.
+"""The non-linear setting of an effect (time constant, moment), refined between the trial values.
 
-A warm-up is looked for with a handful of time constants; the one that fits lies between them. With
-an error a hundred times the noise the nearest of the handful leaves structure that no noise makes,
-and the rest would be blamed on something else.
+A warm-up is looked for with a handful of time constants; the one that fits lies between them. If
+the error is a hundred times the noise, the nearest trial value leaves more than noise, and the rest
+would be attributed to another effect.
 """
 
 from collections.abc import Callable, Sequence

@@ -27,7 +27,11 @@ SIGMAS = np.exp(np.linspace(np.log(0.65), np.log(12.0), 15))
 SQUARES = SIGMAS**2
 WANDERS = (0.0, 0.6, 2.0, 6.0)
 """Steps of a wandering bias, in units of the noise per square root of minute."""
+FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
+"""The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
+MIN_WANDER_SHARE = 1e-3
+"""Probability below which a wander that is larger than all likely ones is left out."""
 WHITE_NOISE_SHARE = 0.6
 """Share of sensors whose noise between holds is that within them."""
 
@@ -57,6 +61,20 @@ class Frame:
     wanders: tuple[float, ...]
     log_prior: FloatArray
 
+    def largest_wander(self, noise: FloatArray) -> float:
+        """The largest wander that is not improbable.
+
+        Args:
+            noise: probability of each wander and σ, shape (wanders, sigmas).
+        """
+        likely = np.flatnonzero(noise.sum(axis=1) > MIN_WANDER_SHARE)
+        return self.wanders[int(likely[-1])]
+
+    def up_to(self, wander: float) -> "Frame":
+        """The same without larger wanders."""
+        count = sum(one <= wander for one in self.wanders)
+        return replace(self, wanders=self.wanders[:count], log_prior=self.log_prior[:count])
+
     def weights(self, wander: float) -> FloatArray:
         """What white noise has over what wandering noise has along each coordinate, (m,)."""
         return np.asarray(1.0 / (1.0 + wander**2 * self.walk))
@@ -64,6 +82,26 @@ class Frame:
     def walked(self, wander: float) -> FloatArray:
         """What wandering adds to the covariance of the rows, in units of the noise, (n, n)."""
         return np.asarray(wander**2 * (self.across * self.walk) @ self.across.T)
+
+    def wandering(self, coordinates: FloatArray) -> float:
+        """Probability that a residual of any size walks with the time, and is not white.
+
+        Its size is averaged over (with the prior 1/σ): visits may differ by any multiple of the
+        noise within the holds.
+
+        Args:
+            coordinates: of the residual, shape (m,).
+        """
+        count, squares = len(coordinates), coordinates**2
+        if not squares.any():
+            return 0.0
+        weights = [self.weights(wander) for wander in (0.0, *FREE_WANDERS)]
+        evidence = np.array(
+            [0.5 * (np.log(own).sum() - count * np.log(squares @ own)) for own in weights]
+        )
+        evidence[1:] -= np.log(len(FREE_WANDERS))
+        share = np.exp(evidence - evidence.max())
+        return float(share[1:].sum() / share.sum())
 
     @cached_property
     def each_weights(self) -> list[FloatArray]:

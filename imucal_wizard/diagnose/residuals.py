@@ -1,4 +1,4 @@
-"""What a fit leaves, in the one form that every question about it is asked of.
+"""The whitened residuals of a fit, on which every test of the misfit works.
 
 Rows are whitened: each is divided by the standard deviation that noise alone gives it, and freed
 from the noise that it shares with others. A row is a hold of the accelerometer (its error along
@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, with_effects
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import complement
@@ -64,7 +64,8 @@ class WhitenedResiduals:
     """What is left of every row, and what may move it.
 
     Attributes:
-        fit: the fit that leaves it.
+        minimum: where the fit that leaves it has arrived.
+        table: its rows.
         residual: whitened, shape (n,).
         base: whitened derivative by all parameters that are in the model, shape (n, b).
         kind: where each row comes from, shape (n,).
@@ -87,7 +88,8 @@ class WhitenedResiduals:
         candidates: the effects that are not in the model.
     """
 
-    fit: SensorFit
+    minimum: Minimum[Experiment]
+    table: ResidualTable
     residual: FloatArray
     base: FloatArray
     kind: IntArray
@@ -116,11 +118,12 @@ class WhitenedResiduals:
         """Measured rows, in the sensor's error unit, from whitened ones, shape (n,) or (n, k)."""
         return self.independent.scaled(self.noise**0.5, columns)
 
-    @property
-    def minimum(self) -> Minimum[Experiment]:
-        """Where that fit has arrived."""
-        assert self.fit.minimum is not None  # noqa: S101 (narrows the type)
-        return self.fit.minimum
+    def with_effects(self, candidates: Sequence[Candidate]) -> Minimum[Experiment]:
+        """Where the fit arrives with effects, by one step; with none, where it is."""
+        terms = [Term(one.effect, one.variant) for one in candidates]
+        columns = np.column_stack([np.zeros((len(self), 0)), *(one.columns for one in candidates)])
+        # an effect of size s leaves what adding s to the model takes away
+        return with_effects(self.minimum, terms, -self.independent.rows(self.measured(columns)))
 
     @property
     def visits(self) -> Visits:
@@ -151,32 +154,46 @@ KINDS = {kind.name.lower(): kind for kind in RowKind} | {
 """Rows of a rotation: its closure against gravity, and against the field; its angle on a table."""
 
 
-def whitened_residuals(
-    fit: SensorFit, effects: Sequence[Effect], without: Sequence[str] = ()
-) -> WhitenedResiduals:
+def whitened_residuals(fit: SensorFit, effects: Sequence[Effect]) -> WhitenedResiduals:
     """What a fit leaves, whitened by the noise alone, with every effect that may explain it.
 
     Args:
         fit: of an experiment.
         effects: those that may explain it.
+    """
+    assert fit.rows is not None and fit.minimum is not None  # noqa: S101, PT018 (narrows the types)
+    return whitened_rows(fit.minimum, fit.rows, effects)
+
+
+def whitened_rows(
+    found: Minimum[Experiment],
+    table: ResidualTable,
+    effects: Sequence[Effect],
+    without: Sequence[str] = (),
+) -> WhitenedResiduals:
+    """See ``whitened_residuals``.
+
+    Args:
+        found: where a fit has arrived.
+        table: its rows.
+        effects: those that may explain what it leaves.
         without: effects of the fit that are taken out of it again, by their slopes where it has
             arrived: what the model without them leaves, as this fit and not one without them
             makes it linear.
     """
-    table, experiment = fit.rows, fit.experiment
-    assert table is not None and experiment is not None  # noqa: S101, PT018 (narrows the types)
-    columns, precision = _in_modes(table, fit.terms)
-    of_effects = Terms(fit.sensor, fit.terms)
+    experiment, sensor, of_effects = found.experiment, found.experiment.sensor, found.terms
+    columns, precision = _in_modes(table, of_effects.terms)
     out, sizes = np.zeros(len(table.names), np.bool_), np.zeros(len(table.names))
-    for term, group, found in zip(fit.terms, of_effects.groups, fit.sizes, strict=True):
+    for term, group in zip(of_effects.terms, of_effects.groups, strict=True):
         if term.name in without:
             places = [table.names.index(name) for name in of_effects.names[group]]
-            out[places], sizes[places] = True, found
+            out[places], sizes[places] = True, found.calibration.sizes[group]
     # a column that only its prior holds is left out
     seen = ((columns**2).sum(axis=0) > precision) & ~out
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
     return WhitenedResiduals(
-        fit=fit,
+        minimum=found,
+        table=table,
         residual=table.whitened(table.residual - table.columns @ sizes),
         base=columns[:, seen],
         kind=kind,
@@ -194,7 +211,7 @@ def whitened_residuals(
         independent=table.independent,
         candidates=_candidates(
             table,
-            fit.sensor,
+            sensor,
             [
                 Term(effect, variant)
                 for effect in effects
@@ -223,10 +240,10 @@ def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, 
     return columns, precision
 
 
-def candidate_at(fit: SensorFit, effect: Effect, variant: float) -> Candidate:
+def candidate_at(misfit: WhitenedResiduals, effect: Effect, variant: float) -> Candidate:
     """An effect with a setting between those of ``whitened_residuals``."""
-    assert fit.rows is not None  # noqa: S101 (narrows the type)
-    return _candidates(fit.rows, fit.sensor, [Term(effect, variant)])[0]
+    sensor = misfit.minimum.experiment.sensor
+    return _candidates(misfit.table, sensor, [Term(effect, variant)])[0]
 
 
 def _candidates(table: ResidualTable, sensor: str, terms: Sequence[Term]) -> tuple[Candidate, ...]:

@@ -1,4 +1,4 @@
-"""How good the best suspect looks by chance: simulated on this very design, noise alone.
+"""The p-value of a suspect: how likely the best suspect looks in simulated noise alone.
 
 The odds of a suspect are its marginal likelihood against noise alone, its settings and axes
 averaged over. The simulated noise is as large, and wanders as far, as the data say.

@@ -10,6 +10,7 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
 from imucal_wizard.diagnose.verdict import (
     MAX_SHARE_LEFT_BY_NAME,
+    MAX_SHARE_LEFT_BY_PROBABLE,
     Opinion,
     Terms,
     Verdict,
@@ -23,16 +24,13 @@ from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
-MAX_SHARE_LEFT_BY_PROBABLE = 0.1
-"""Share left of what is taken away, below which a name that does not stand is called probable: the
-rest may be another, smaller error of the sensor."""
 
 
 def add_by_itself(bench: Bench) -> BenchFindings:
     """Add what the evidence carries and data held out confirm; stop by itself.
 
     Parts of the base that were left out come first: what they leave looks like any effect. So does
-    a part that the data do not carry; then nothing is added.
+    a part that the data do not determine; then nothing is added.
 
     Returns:
         The findings that led to the last step: those of the model before it where something was
@@ -124,7 +122,7 @@ def _withdrawn(bench: Bench, below: int, *, probable: bool) -> BenchFindings:
         families=(),
         terms=(),
         explanations=(),
-        probable=added if probable and len(added) == 1 else (),
+        probable=added if probable and len(added) == 1 and not found.opinion.refuted else (),
     )
     return bench.with_curves(replace(found, opinion=opinion))
 

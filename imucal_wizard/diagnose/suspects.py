@@ -1,4 +1,4 @@
-"""The suspects: every effect of the catalogue against what is left, and what adding it would do.
+"""The suspects: each effect of the catalogue, its evidence, and a trial of adding it.
 
 What adding does is tried with the estimator itself, by one step from where the present fit has
 arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.
@@ -11,16 +11,15 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.detectability import MIN_VISIBLE_SHARE, USUAL_SIZES, Detectability
-from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.detectability import USUAL_SIZES, Detectability
+from imucal_wizard.diagnose.hypotheses import DISTURBED, visible
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, with_effects
+from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.held_out import rms_fitted, rms_held_out
-from imucal_wizard.model.terms import Term
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +80,7 @@ def try_effects(
         candidates: the effects to add together.
         noise: see ``EffectTrial``.
     """
-    terms = [Term(one.effect, one.variant) for one in candidates]
-    columns = np.column_stack([np.zeros((len(misfit), 0)), *(one.columns for one in candidates)])
-    # an effect of size s leaves what adding s to the model takes away
-    columns = -misfit.independent.rows(misfit.measured(columns))
-    return EffectTrial(tuple(candidates), with_effects(misfit.minimum, terms, columns), noise)
+    return EffectTrial(tuple(candidates), misfit.with_effects(candidates), noise)
 
 
 MIN_CORRELATION_ALIKE = 0.9
@@ -135,7 +130,7 @@ class Suspect:
 
         def unlikely(at: float) -> float:
             if at not in tried:
-                candidate = candidate_at(self.misfit.fit, first.effect, float(np.exp(at)))
+                candidate = candidate_at(self.misfit, first.effect, float(np.exp(at)))
                 tried[at] = try_effects(self.misfit, (candidate,), self.noise)
             return unlikeliness(tried[at].found)
 
@@ -294,12 +289,10 @@ def _alike(misfit: WhitenedResiduals, hypotheses: HypothesisSet) -> dict[str, tu
     number = np.concatenate(
         [np.full(len(one.names), terms.index(one.term)) for one in misfit.candidates]
     )
-    patterns = hypotheses.frame.across.T @ np.concatenate(
-        [c.columns for c in misfit.candidates], axis=1
-    )
-    whole = np.concatenate([np.linalg.norm(c.columns, axis=0) for c in misfit.candidates])
+    columns = np.concatenate([one.columns for one in misfit.candidates], axis=1)
+    patterns = visible(columns, hypotheses.frame)
     length = np.linalg.norm(patterns, axis=0)
-    seen = length > MIN_VISIBLE_SHARE * np.maximum(whole, 1e-300)
+    seen = length > 0.0
     unit, number = patterns[:, seen] / length[seen], number[seen]
     near = np.argwhere(np.abs(unit.T @ unit) > MIN_CORRELATION_ALIKE)
     found = np.zeros((len(terms), len(terms)), np.bool_)

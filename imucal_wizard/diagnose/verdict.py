@@ -1,4 +1,4 @@
-"""The verdict on a misfit, in one word; "cannot tell" is one of them.
+"""The verdict on a misfit, in one word, from the probabilities of its explanations.
 
 Every explanation has a probability; explanations that say the same are added up. A family of
 effects (effects that 1 g cannot split) is named when the explanations that contain it hold most of
@@ -199,6 +199,9 @@ MAX_SHARE_LEFT_BY_NAME = 0.03
 noise is left: the two effects of the catalogue that are most alike without being aliases leave that
 much of each other (1 − 0.986²). More of it, and something else was given the name of what it
 resembles."""
+MAX_SHARE_LEFT_BY_PROBABLE = 0.1
+"""The same below which what has no name for certain is probably this effect: the rest may be
+another, smaller error of the sensor."""
 MAX_HEARD = 6
 """Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
@@ -229,7 +232,8 @@ class Opinion:
         explanations: sets of terms that each leave only noise, best first.
         holds: indices of disturbed holds or rotations.
         noise: the noise in units of what was measured within the holds.
-        wandering: probability that the bias wanders between holds, which is noise and no drift.
+        wandering: probability that what is left follows the time as a wandering bias does, which
+            is noise and no drift.
         lack: whether measured noise makes what is left.
         shapeless: what is left has no shape: noise alone, however large, explains it.
         probable: members of the likeliest family that is not certain enough to be named, the
@@ -250,6 +254,11 @@ class Opinion:
     probable: Terms
     heard: Hearing | None = None
     decided: tuple[str, ...] = ()
+
+    @property
+    def refuted(self) -> bool:
+        """Whether the gyroscope speaks against every explanation it was asked of."""
+        return self.heard is not None and self.heard.against_all
 
     def closures(self, terms: Terms) -> tuple[float, float] | None:
         """The gyroscope's error held out without and with these effects, rad, where it is known."""
@@ -312,7 +321,11 @@ def judge_misfit(
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
     first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
-    probable = _within(shares, family_of, first) if share > MIN_PROBABLE and not families else ()
+    probable: Terms = ()
+    if share > MIN_PROBABLE and not families and not (heard is not None and heard.against_all):
+        left = misfit.lack_beside(hypotheses.frame.across @ best.span((first,)))
+        if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE:
+            probable = _within(shares, family_of, first)
     return Opinion(
         verdict,
         families,
@@ -320,7 +333,7 @@ def judge_misfit(
         listed,
         holds,
         best.noise,
-        posterior.wandering,
+        hypotheses.frame.wandering(best.coordinates),
         lack,
         evidence.shapeless,
         probable,
@@ -362,7 +375,7 @@ def _leaves_structure(
     left = misfit.lack_beside(hypotheses.frame.across @ inside)
     if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
         return False
-    beside = hypotheses.beside(best.coordinates, inside)
+    beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
     if left.between_directions and beside[EFFECT] < MIN_EXPLAINED_LEFT:
         return True
     return beside[UNKNOWN] > MIN_UNKNOWN_LEFT
@@ -374,13 +387,17 @@ def nameless(lack: LackOfFit) -> Verdict:
 
 
 def unconfirmed(opinion: Opinion) -> Opinion:
-    """The opinion where data held out do not confirm what it names: that is only probable."""
+    """The opinion where data held out do not confirm what it names: that is only probable.
+
+    Not even that where the gyroscope is against it, too.
+    """
+    named = dict.fromkeys(term for members in opinion.terms for term in members)
     return replace(
         opinion,
         verdict=nameless(opinion.lack),
         families=(),
         terms=(),
-        probable=tuple(dict.fromkeys(term for members in opinion.terms for term in members)),
+        probable=() if opinion.refuted else tuple(named),
     )
 
 

@@ -1,7 +1,7 @@
 """The verdict in plain sentences, for a technician and for a student.
 
-What the error depends on, which effect does that, its size, the cost of ignoring it, and what would
-decide where these data do not.
+It states what the error depends on, the effect and its size, the cost of ignoring it, and the
+measurements that would decide where these data do not.
 """
 
 import numpy as np
@@ -10,6 +10,7 @@ from imucal_wizard.core.quantities import quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
+    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -32,8 +33,8 @@ MAX_LEFT_BY_ONE_CURVE = 0.2
 """Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
 LISTED_EXPLANATIONS = 4
 FAMILIES = {
-    "even-order": "an error that is the same to either side",
-    "odd-order": "an error that grows to both sides alike",
+    "even-order": "an error with the same sign for both directions of the input",
+    "odd-order": "an error with opposite signs for the two directions of the input",
     "slow-bias": "a bias that changes slowly",
     "slow-scale": "a scale that changes slowly",
 }
@@ -43,7 +44,7 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What may decide where still poses do not."""
-FASTER = "faster rotations, as a rate table makes them,"
+FASTER = "faster rotations, for example on a rate table,"
 
 
 def verdict_text(diagnosis: Diagnosis) -> str:
@@ -80,8 +81,8 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
     verb, them = ("is", "it") if len(gone) == 1 else ("are", "them")
     return [
         (
-            f"{_capital(names)} of the base model {verb} left out, and every sensor needs {them}: "
-            f"what is left comes from that first. Put back {names}."
+            f"{_capital(names)} of the base model {verb} left out, but every sensor needs {them}: "
+            f"most of the error comes from that. Put back {names}."
         )
     ]
 
@@ -111,7 +112,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     choice = "; and ".join(_or(members) for members in opinion.terms)
     if opinion.families:
         kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
-        parts = [f"The {bench.sensor} shows {kinds}: {choice}, and these data cannot decide which."]
+        parts = [f"The {bench.sensor} shows {kinds}: {choice}. These data cannot decide which."]
     else:
         listed = "; ".join(
             " with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS]
@@ -137,7 +138,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 def _closures(diagnosis: Diagnosis) -> list[str]:
     """What the gyroscope's rotations say of each explanation."""
     opinion = _opinion(diagnosis)
-    if opinion.heard is None:
+    if opinion.heard is None or diagnosis.verdict is Verdict.DISTURBED:
         return []
     order = sorted(opinion.heard.with_terms.items(), key=lambda one: -one[1].log_evidence)
     closures = [(terms, opinion.closures(terms)) for terms, _ in order]
@@ -153,14 +154,21 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
     end = ""
     if opinion.decided:
         chosen = zip(opinion.families, opinion.terms, strict=True)
-        end = f": that decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
+        end = f": this decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
     elif opinion.heard.against_all:
-        end = f": it speaks against {'it' if len(known) == 1 else 'each of them'}"
-    return [f"The gyroscope's closure is {quantity(known[0][1][0], 'rad')} now, {each}{end}."]
+        end = f": this contradicts {'it' if len(known) == 1 else 'each of them'}"
+    now = quantity(known[0][1][0], "rad")
+    first = f"was {now} before" if diagnosis.added else f"is {now} now"
+    return [f"The gyroscope's closure {first}, {each}{end}."]
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     left = f"More than noise is left: {_against_noise(bench)}."
+    if bench.within_floor:
+        left = (
+            f"The error is {_against_noise(bench)}, but what is left follows a pattern that noise "
+            "does not make."
+        )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
@@ -168,26 +176,26 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         other, known = rival
         return [
             (
-                f"{left} {_capital(other)} explains it, an effect of the same kind as {known}: "
-                f"perhaps that was the wrong one. Take {known} out and look again."
+                f"{left} {_capital(other)}, an effect of the same kind as {known}, explains it: "
+                f"{known} may be the wrong one. Take {known} out and look again."
             )
         ]
     things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
-    opinion, advice = _opinion(diagnosis), f"The next {things} show whether it repeats."
+    opinion, advice = _opinion(diagnosis), f"The next {things} show whether the error repeats."
     if not bench.measured.guided:
-        advice = "Record each mounting a second time: an error of the sensor comes again."
+        advice = "Record each mounting a second time: an error of the sensor repeats."
     elif not bench.measured.at_rest:
         advice = (
-            f"Repeat the circles {ELSEWHERE}: an error of the sensor stays the same there, the "
-            "room's field does not."
+            f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
+            "the field of the room does not."
         )
     curves = _curves(diagnosis, bench)
     if curves:
         return [left, "No effect tested here explains it; a free curve shows it.", *curves]
     if any(term.effect.free for term in bench.fit.terms):
         guess = (
-            "The free curve of the model is only a guess between the poses: hold it in poses "
-            "between those measured."
+            "Between the poses the free curve of the model is only a guess. Hold the device in "
+            "poses between those measured."
         )
         return [left, guess, *_not_measured(bench)]
     if opinion.probable:
@@ -200,13 +208,13 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
     elif opinion.shapeless:
         none = (
-            f"It is {opinion.lack.ratio:.1f} times the noise within the holds and has the shape of "
-            "no effect tested here."
+            f"It is {opinion.lack.ratio:.1f} times the noise within the holds, and no effect "
+            "tested here has its shape."
         )
     elif known:
         none = f"No effect tested here explains what {known} leaves, so nothing more is named."
     else:
-        none = "No effect tested here explains it, so none is named and none added."
+        none = "No effect tested here explains it, so no effect is named or added."
     advice = " ".join([*_not_measured(bench), advice])
     report = diagnosis.report
     odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
@@ -227,7 +235,7 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
     how = f"depends on {shape.over}{'' if others else ' only'}"
     if not alone:
-        how = f"depends on {shape.over}, and more than that is wrong"
+        how = f"depends on {shape.over}, but not only on it"
     sentences = [f"The error of {shape.axis} {how}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
@@ -257,17 +265,23 @@ def _probably(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     likely = _opinion(diagnosis).probable
     names = _or((_with_sizes(diagnosis, bench, likely[0]), *likely[1:]))
     names += "" if likely[1:] else f", which {dependence_text(bench, likely[0])}"
-    return [f"It is probably {names}, but that is not certain yet."]
+    return [f"The cause is probably {names}, but this is not certain yet."]
 
 
 def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     """The likeliest effect of the catalogue, if noise alone hardly ever makes it as likely.
 
-    None where effects were added: the suspects are those of the model before.
+    Its size must be clear beside what it leaves, which may be far more than the noise. None where
+    effects were added: the suspects are those of the model before.
     """
     effects = [one for one in diagnosis.suspects if one.likeliest and not one.likeliest.effect.free]
-    known = effects and not diagnosis.added and effects[0].p <= TEST_LEVEL
-    return effects[0] if known else None
+    first = effects[0] if effects and not diagnosis.added else None
+    if first is None or first.trial is None or first.p > TEST_LEVEL:
+        return None
+    size, error = (
+        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
+    )
+    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
@@ -284,19 +298,21 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """What the difference between repeats follows, as far as it was tested."""
     opinion, nearest = _opinion(diagnosis), _nearest(diagnosis)
     if not bench.measured.at_rest:
-        return ["The field differs from place to place or changes in time, or the bias wanders."]
+        return [
+            "The field differs from place to place, the field changes in time, or the bias wanders."
+        ]
     if opinion.probable:
         return _probably(diagnosis, bench)
     if opinion.wandering > MIN_WANDERING:
-        return ["It follows the time: the bias wanders during the session."]
+        return ["The difference follows the time: the bias wanders during the session."]
     if nearest is not None:
         sizes, follows = (
             _with_sizes(diagnosis, bench, nearest.term),
             dependence_text(bench, nearest.term),
         )
-        return [f"{_capital(sizes)}, which {follows}, comes nearest, but is not certain."]
-    unseen = "These data do not show that it follows the time or the pose before"
-    return [f"{unseen}: each placing may be off by chance."]
+        return [f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."]
+    unseen = "These data do not show that the difference follows the time or the pose before"
+    return [f"{unseen}: the device may settle a little differently each time."]
 
 
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -312,12 +328,12 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         what, noise = "direction of the field", "noise of its samples"
     return [
         (
-            f"The same {what} does not repeat: {size} from visit to visit ({interval}), where the "
-            f"{noise} makes {within}."
+            f"The same {what} does not repeat: it differs by {size} from visit to visit "
+            f"({interval}); the {noise} gives {within}."
         ),
         *_course(diagnosis, bench),
         *_curves(diagnosis, bench),
-        f"No model of the {what} can be judged below that. The error is {_against_noise(bench)}.",
+        f"No model can be judged below this difference. The error is {_against_noise(bench)}.",
     ]
 
 
@@ -337,29 +353,32 @@ def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     return [
         (
-            f"{_capital(_and(places) or 'one hold')} explains what is left better than any effect "
-            "tested here does, and without it only noise is left: something probably moved. "
-            "Measure it again; nothing has been deleted."
+            f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
+            f"tested here, and without {them} only noise is left: something probably moved. "
+            f"Measure {them} again; nothing has been deleted."
         )
     ]
 
 
 def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first = (
-        "The accelerometer's own model is not complete yet; what it lacks tilts the reference and "
-        f"would be blamed on the {bench.sensor}. Complete the accelerometer first. For now the "
-        f"{bench.sensor}'s error is {_against_noise(bench)}."
+        "The accelerometer's model is not complete yet. Its error tilts the reference and would "
+        f"be attributed to the {bench.sensor}. Complete the accelerometer first. The "
+        f"{bench.sensor}'s error now is {_against_noise(bench)}."
     )
     choice = "; and ".join(_or(members) for members in _opinion(diagnosis).terms)
-    return [first, f"What is left looks like {choice}."] if choice else [first]
+    return [first, f"The misfit looks like {choice}."] if choice else [first]
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
     sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
     if diagnosis.bench is not None:
-        sentences.append(f"They determine {', '.join(diagnosis.bench.fit.model)}.")
+        fit = diagnosis.bench.fit
+        what = "all other parameters of " if fit.not_determined else ""
+        sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     return sentences
 
 
@@ -378,23 +397,25 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             sentences.append(f"The same direction does not repeat: {where}.")
         elif diagnosis.verdict is Verdict.COMPLETE:
             sentences.append(
-                f"A pose held again differs by {repeats}, noise within a hold makes {within}: what "
-                "is slower than a hold (wandering noise, temperature, the seat) is counted as "
-                "noise here."
+                f"A repeated pose differs by {repeats}, and the noise within a hold gives "
+                f"{within}: changes slower than a hold (slow noise, temperature, placement) count "
+                "as noise here."
             )
         else:
             sentences.append(
-                f"The same pose does not repeat: {repeats} from hold to hold, {within} within them."
+                f"Visits to a pose differ by {repeats}, where the noise within a hold makes "
+                f"{within}: the reading does not repeat, or the error differs between poses that "
+                "are nearly alike."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
         sentences.append(
-            f"So few {bench.left_out_unit} hardly predict one that is left out: more of them "
-            "bring the error held out down."
+            f"These {bench.left_out_unit} are too few to predict one that is left out: more of "
+            "them lower the held-out error."
         )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
         sentences.append(
-            f"{_capital(bench.ladder[-1].added)} was added by hand, and data held out do not "
+            f"{_capital(bench.ladder[-1].added)} was added by hand, but held-out data do not "
             f"confirm it: {_change(bench)}. Take it out again."
         )
     return [one for one in sentences if one] + _new_poses(diagnosis)
@@ -416,9 +437,9 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
     where = f"your {count} new poses" if count > 1 else "your new pose"
     return [
         (
-            f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than the data "
-            "held out let expect: something has changed since (temperature, a knock), or they were "
-            "held less still. Measure them again."
+            f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than "
+            "expected from the held-out data: something has changed since (temperature, a "
+            "knock), or the device was less still. Measure them again."
         )
     ]
 
@@ -432,7 +453,7 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             (
                 f"Added: the error on {out} left out falls from "
                 f"{quantity(below.rms_held_out, unit)} to {quantity(above.rms_held_out, unit)}, "
-                f"where {quantity(above.floor, unit)} would be noise."
+                f"where noise alone gives {quantity(above.floor, unit)}."
             )
         ]
     first = diagnosis.suspects[0] if diagnosis.suspects else None
@@ -442,7 +463,7 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
     if then < now:
         return [f"Adding {first.term} would bring {change}."]
-    return [f"Adding {first.term} would raise {change}: it is not added."]
+    return [f"Adding {first.term} would raise {change}, so it is not added."]
 
 
 def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -461,11 +482,13 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if angle <= np.degrees((noise or 0.0) / bench.measured.gravity):
         return [
             (
-                f"For use at 1 g and below it does not matter whether it is {names}: up differs by "
-                f"{_degrees(angle)}, within the noise. It can matter at 2 g and more."
+                f"At 1 g and below, the choice between {names} does not matter: it changes the up "
+                f"direction by {_degrees(angle)}, within the noise. It can matter at 2 g and more."
             )
         ]
-    return [f"Whether it is {names} changes up by {_degrees(angle)} rms: it matters at 1 g too."]
+    return [
+        f"The choice between {names} changes up by {_degrees(angle)} rms, so it matters at 1 g too."
+    ]
 
 
 def _would_decide(one: Apart, beyond: str) -> str:
@@ -485,7 +508,8 @@ def _would_decide(one: Apart, beyond: str) -> str:
     )
     if one.enough:
         return (
-            f"These data separate {pair} {before} on; {listed} would from {after} on, and {here}."
+            f"These data separate {pair} {before} on; {listed} would separate them from {after} "
+            f"on, and {here}."
         )
     what = "Rotations" if one.turning else "Still poses at 1 g"
     return (
@@ -498,7 +522,7 @@ def _against_noise(bench: Bench) -> str:
     """The error on data held out, beside the noise."""
     rung, unit = bench.ladder[-1], bench.fit.unit
     held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
-    return f"{held} on {bench.left_out_unit} left out, where noise makes {noise}"
+    return f"{held} on {bench.left_out_unit} left out; noise alone gives {noise}"
 
 
 def _change(bench: Bench) -> str:

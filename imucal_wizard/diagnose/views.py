@@ -1,4 +1,4 @@
-"""Pictures of a fit: what the model leaves, and measurement beside model, against each influence.
+"""Plots of a fit: residuals, and measurement beside model, against each influence.
 
 A picture has a name, so that a command can print it: ``force-x`` shows what is left of each hold
 over the force along x, ``model-x-force-x`` the reading of the x axis beside the model's,
@@ -29,24 +29,24 @@ from imucal_wizard.model.unknown_shape import UnknownShape
 COMPARED = tuple(f"{axis} axis" for axis in AXES)
 """Parts that set measurement beside model."""
 _LOOK_FOR = {
-    "force": "A curve that is odd in the force speaks for a second-order term or an asymmetry, an "
-    "even one for a third-order or odd-quadratic term.",
-    "field": "A curve speaks for soft iron that is not in the model, or for iron nearby.",
+    "force": "A curve that is odd in the force indicates a second-order term or an asymmetry, an "
+    "even curve a third-order or odd-quadratic term.",
+    "field": "A curve indicates soft iron that is not in the model, or iron nearby.",
     "pose": "Repeats of a pose share a column: no effect of orientation explains their scatter. "
-    "Errors at corners alone speak for a product of all three axes.",
-    "number": "A trend or a jump speaks for a bias that changes, or for a disturbed hold.",
-    "time": "A slope or a curve speaks for a slow bias (drift, warm-up, temperature); a jump for a "
+    "Errors at corners only indicate a product of all three axes.",
+    "number": "A trend or a jump indicates a bias that changes, or a disturbed hold.",
+    "time": "A slope or a curve indicates a slow bias (drift, warm-up, temperature), a jump a "
     "bias step.",
-    "temperature": "A slope speaks for a bias or a scale that follows the temperature.",
-    "previous": "A slope speaks for hysteresis: the reading depends on the pose before.",
-    "vibration": "A slope speaks for vibration rectification.",
-    "current": "A straight line through zero speaks for the field of the board's own current.",
-    "rate": "An angle that grows with the rate speaks for a scale that depends on rate or sense.",
-    "up": "A dependence on the direction before the rotation speaks for a g-sensitivity.",
-    "model": "Where × lies apart from ∘ by more than the noise, the model lacks something.",
+    "temperature": "A slope indicates a bias or a scale that depends on the temperature.",
+    "previous": "A slope indicates hysteresis: the reading depends on the pose before.",
+    "vibration": "A slope indicates vibration rectification.",
+    "current": "A straight line through zero indicates the field of the board's own current.",
+    "rate": "An angle that grows with the rate indicates a scale that depends on rate or sense.",
+    "up": "A dependence on the direction before the rotation indicates a g-sensitivity.",
+    "model": "If × and ∘ differ by more than the noise, the model lacks something.",
     "curve": "The curve is known only up to what the base model absorbs; the bars are its standard "
     "errors, widest where no pose was held.",
-    "suspect": "Points along the line speak for the effect; a cloud about zero speaks against it.",
+    "suspect": "Points along the line support the effect; a cloud about zero does not.",
 }
 """What the eye should look for, by the first word of the abscissa's name."""
 
@@ -342,7 +342,8 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
         name=f"suspect-{suspect.term}",
         part=part.name,
         title=f"does {name} explain it? It would be {size}",
-        x_label=f"what {with_unit('1', candidate.unit)} of {name} would leave here, {shown}",
+        x_label=f"residual that {with_unit('1', candidate.unit)} of {name} would leave here, "
+        f"{shown}",
         unit=shown,
         x=x[order],
         y=y[order],

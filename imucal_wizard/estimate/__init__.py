@@ -1,1 +1,1 @@
-"""The fits: accelerometer, gyroscope, their uncertainty, and what the data carry."""
+"""The fits of all sensors: parameters, uncertainty, and which parameters the data determine."""

@@ -17,8 +17,15 @@ from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.slow_noise import Fitted, in_session, long_rest, spans_of
+from imucal_wizard.estimate.slow_noise import (
+    Fitted,
+    SlowErrors,
+    long_rest,
+    slow_errors,
+    spans_of,
+)
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
+from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.identifiability import (
@@ -194,25 +201,42 @@ class AccelerometerExperiment(Experiment):
 
         Two holds show the same slow error as far as they point the same way.
         """
-        balance, system, (rows,) = found.balance, found.system, found.rows
-        if balance.freedom[0] < 1.0:
-            return None
-        basis = found.directions.columns
+        balance, basis = found.balance, found.directions.columns
         free = slice(0, len(found.directions))
-        fitted = Fitted(
-            errors=system.residual,
-            columns=system.columns,
-            variance=balance.variance,
-            alike=rows.direction @ rows.direction.T,
-            pull=basis @ found.pull()[free],
-        )
-        by_errors = in_session(
-            spans_of(self.holds), [fitted], bool(self.slow_noise_measured), self.long_rest
-        )
-        if by_errors is None:
+        fitted = self._fitted(found, basis @ found.pull()[free])
+        slow = self._slow_errors(fitted, found)
+        if slow is None:
             return None
+        by_errors = slow.covariance([fitted])
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
         return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
+
+    def foreseen(
+        self, found: Minimum[Experiment], combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray] | None:
+        """See ``Experiment``."""
+        fitted = self._fitted(found, combinations)
+        slow = self._slow_errors(fitted, found)
+        return None if slow is None else slow.foreseen([fitted])
+
+    @staticmethod
+    def _fitted(found: Minimum[Experiment], pull: FloatArray) -> Fitted:
+        (rows,) = found.rows
+        return Fitted(
+            errors=found.system.residual,
+            columns=found.system.columns,
+            variance=found.balance.variance,
+            alike=rows.direction @ rows.direction.T,
+            pull=pull,
+        )
+
+    def _slow_errors(self, fitted: Fitted, found: Minimum[Experiment]) -> SlowErrors | None:
+        """What of the errors of the holds is slow; None where nothing is left to judge by."""
+        if found.balance.freedom[0] < 1.0:
+            return None
+        return slow_errors(
+            spans_of(self.holds), [fitted], bool(self.slow_noise_measured), self.long_rest
+        )
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: angles and scales that the poses do not determine."""
@@ -228,13 +252,22 @@ class AccelerometerExperiment(Experiment):
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
-        rows = cast("MagnitudeRows", found.rows[0])
-        excess = found.balance.variance - found.system.own
-        by_entries, steps = rows.up_columns(), principal_steps(found.covariance())
+        rows, system = cast("MagnitudeRows", found.rows[0]), found.system
+        by_entries = rows.up_columns()
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
-        doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-        return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        def referred(covariance: FloatArray | None, excess: FloatArray) -> GravityReference:
+            steps = principal_steps(covariance)
+            doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+            return self.referred(rows.direction, doubt, excess, self.identified.basis)
+
+        excess = found.balance.variance - system.own
+        known = referred(found.covariance(), excess)
+        if not excess.any():
+            return known
+        alone = solved(system, system.own, found.balance.precision).covariance
+        return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
 
     def referred(
         self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray
@@ -307,7 +340,7 @@ def first_fit(
     vectors = (means - first.bias) @ first.matrix.T
     if not (np.linalg.norm(vectors, axis=1) > 1e-6 * gravity).all():
         raise DataError(
-            "a still position reads no gravity at all: its readings are the centre of all others. "
+            "a still position reads no gravity: its readings are at the centre of all others. "
             "Check the columns, and measure that position again"
         )
     up, group = unit_vectors(vectors), group_directions(unit_vectors(vectors))
@@ -346,6 +379,6 @@ def check_means(means: FloatArray) -> None:
     extent = np.linalg.svd(means - means.mean(axis=0), compute_uv=False)
     if extent[-1] < FLAT * extent[0]:
         raise DataError(
-            "the still positions lie in one plane: some direction never sees gravity. Hold the "
-            "device still with each of its six faces up"
+            "the still positions lie in one plane: gravity never acts across it. Hold the device "
+            "still with each of its six faces up"
         )

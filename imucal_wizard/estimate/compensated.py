@@ -1,4 +1,4 @@
-"""Readings that somebody has corrected already: a calibration that finds nothing to correct.
+"""Detection of readings that were already corrected: the calibration finds nothing to correct.
 
 Two hypotheses about the deviations d of bias and matrix from their nominal values (0 and 1), known
 with covariance C: the readings are compensated, so that d is no larger than what such a routine
@@ -87,8 +87,8 @@ _ALREADY = "its readings are already compensated, or it is exceptionally good."
 _OFFSET = {
     "accelerometer": "its offset is already compensated, or exceptionally small. This calibration "
     "holds for readings compensated in the same way.",
-    "gyroscope": "the device takes it out by itself (automatic calibration at rest), or it is "
-    "exceptionally small. What it takes out may change: leave the bias at zero, use the matrix.",
+    "gyroscope": "the device removes it by itself (automatic calibration at rest), or it is "
+    "exceptionally small. This correction may change: leave the bias at zero, use the matrix.",
 }
 _RAW = {
     "accelerometer": "To calibrate the sensor itself, switch the compensation off (BNO055: a mode "
@@ -104,7 +104,7 @@ def _worth(fit: SensorFit) -> str:
         return "This calibration holds for these readings only, not for raw ones."
     errors = f"{quantity(before, fit.unit)} before, {quantity(after, fit.unit)} held out"
     if after > WORTH * before:
-        return f"Keep the readings as they are: the calibration gains nothing ({errors})."
+        return f"Use the readings as they are: the calibration does not improve them ({errors})."
     return (
         f"This calibration is a small correction on top of that ({errors}): never apply it to raw "
         "readings."

@@ -135,6 +135,14 @@ class Experiment(ABC):
             This experiment itself where neither changes anything.
         """
 
+    @property
+    def by_noise_alone(self) -> "Experiment":
+        """The same rows under a reference without what its own model leaves beyond noise.
+
+        This experiment itself where the reference has no such errors.
+        """
+        return self
+
     @abstractmethod
     def directions(self, base: Sequence[str]) -> Directions:
         """What of these base terms is fitted: what the rows determine."""

@@ -19,6 +19,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.held_out import (
+    HeldOut,
     floor_fitted,
     held_out,
     items_of,
@@ -172,6 +173,11 @@ class Minimum(Generic[E_co]):
         inner = middle + np.diag(np.where(self.slow, 0.0, self.balance.precision))
         return np.asarray(self.balance.covariance @ inner @ self.balance.covariance)
 
+    @cached_property
+    def in_session(self) -> FloatArray | None:
+        """See ``Experiment.in_session``."""
+        return self.experiment.in_session(self)
+
     def pull(self) -> FloatArray:
         """By how much an error of each independent row moves each parameter, shape (p, n)."""
         weighted = self.system.columns / self.balance.variance[:, None]
@@ -193,25 +199,35 @@ def fit(
         DataError: the fit does not converge.
         UsageError: a term that the base does not have, or an effect of another sensor.
     """
-    found = minimum(experiment, terms, base)
+    return report(refined_minimum(experiment, terms, base))
+
+
+def refined_minimum(
+    experiment: Experiment,
+    terms: Sequence[Term],
+    base: Sequence[str] | None,
+    arrived: float = ARRIVED,
+) -> Minimum[Experiment]:
+    """The minimum with what the fit itself shows of the rows; the arguments are ``minimum``'s."""
+    found = minimum(experiment, terms, base, arrived=arrived)
     refined = experiment.refined(found)
-    return report(found if refined is experiment else minimum(refined, terms, base))
+    return found if refined is experiment else minimum(refined, terms, base, arrived=arrived)
 
 
-def report(found: Minimum[Experiment]) -> SensorFit:
-    """All figures of a fit, computed once."""
-    experiment, calibration, terms = found.experiment, found.calibration, found.terms
-    errors, independent, left_out = found.errors, found.independent, held_out(found)
-    out = None if left_out is None else left_out.errors
-    of_model, names = (
-        ~found.slow,
-        (*found.directions.names, *terms.names, *shared_names(experiment)),
-    )
-    table = ResidualTable(
-        sources=experiment.sources,
+def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) -> ResidualTable:
+    """The rows of a fit.
+
+    Args:
+        found: the fit.
+        out: error of each measured row held out, where it is known, shape (n,).
+    """
+    independent, of_model = found.independent, ~found.slow
+    names = (*found.directions.names, *found.terms.names, *shared_names(found.experiment))
+    return ResidualTable(
+        sources=found.experiment.sources,
         at=found.rows,
         residual=independent.measured(found.residual),
-        reported=errors,
+        reported=found.errors,
         held_out=out,
         columns=independent.measured(found.system.columns[:, of_model]),
         names=tuple(name for name, one in zip(names, of_model, strict=True) if one),
@@ -220,6 +236,14 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         own=found.system.own,
         independent=independent,
     )
+
+
+def report(found: Minimum[Experiment]) -> SensorFit:
+    """All figures of a fit, computed once."""
+    experiment, calibration, terms = found.experiment, found.calibration, found.terms
+    errors, left_out = found.errors, held_out(found)
+    out = None if left_out is None else left_out.errors
+    table, floors = residual_table(found, out), _floors(found, left_out)
     repeats = repeatability_of(table)
     of_entries, of_sizes, by_repeats = _covariances(found, table, repeats)
     size_errors = np.full(len(terms), np.nan)
@@ -251,8 +275,8 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         rms_fitted=items.rms(errors),
         rms_held_out=None if out is None else items.rms(out),
         held_out_interval=None if left_out is None else left_out.interval,
-        floor=None if left_out is None else left_out.floor,
-        floor_fitted=floor_fitted(found) if left_out is None else left_out.floor_fitted,
+        floor=floors[0],
+        floor_fitted=floors[1],
         residuals=items.each(errors),
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
@@ -276,6 +300,17 @@ def report(found: Minimum[Experiment]) -> SensorFit:
     )
 
 
+def _floors(found: Minimum[Experiment], left_out: HeldOut | None) -> tuple[float | None, float]:
+    """What measured noise makes of the rms held out and fitted, under a complete reference."""
+    by_noise = found.experiment.by_noise_alone
+    if by_noise is not found.experiment:
+        found = under_reference(found, by_noise)
+        left_out = None if left_out is None else held_out(found)
+    if left_out is None:
+        return None, floor_fitted(found)
+    return left_out.floor, left_out.floor_fitted
+
+
 def _covariances(
     found: Minimum[Experiment], table: ResidualTable, repeats: Repeatability | None
 ) -> tuple[FloatArray | None, FloatArray | None, FloatArray | None]:
@@ -286,7 +321,7 @@ def _covariances(
     experiment, covariance = found.experiment, found.covariance()
     if covariance is None:
         return None, None, None
-    of_entries = experiment.in_session(found)
+    of_entries = found.in_session
     if of_entries is None:
         free, basis = slice(0, len(found.directions)), found.directions.columns
         of_entries = basis @ covariance[free, free] @ basis.T + experiment.left_nominal(found)
@@ -331,6 +366,7 @@ def minimum(
     directions: Directions | None = None,
     variance: FloatArray | None = None,
     own_noise: float | None = None,
+    arrived: float = ARRIVED,
 ) -> Minimum[E]:
     """The parameters, and the rows made linear at them.
 
@@ -342,6 +378,7 @@ def minimum(
         variance: of each independent row where it is not to be estimated, shape (n,).
         own_noise: the variance of each row as a multiple of its measured noise, where it is not to
             be estimated.
+        arrived: the last step, in standard deviations, after which the fit ends.
 
     Raises:
         DataError: the fit does not converge.
@@ -374,17 +411,19 @@ def minimum(
         length = balance.step_length
         if not np.isfinite(calibration.entries).all():
             length = np.inf
-        if length < ARRIVED or length == np.inf:
+        if length < arrived or length == np.inf:
             break
     if not length < VALLEY:
         raise DataError(
             f"the fit of the {experiment.sensor} does not converge: these data do not belong to "
-            "one calibration of this model. Check the columns, unit and sampling rate and the "
-            "largest residuals, and leave the last effect out"
+            "one calibration of this model. Check columns, unit, sampling rate and the largest "
+            "residuals, or remove the last effect"
         )
     system = problem.system(calibration, rows, system.columns)
-    arrived = experiment, chosen, free, together, calibration, rows, system
-    return Minimum(*arrived, solve(system), independent)
+    balance = solve(system)
+    return Minimum(
+        experiment, chosen, free, together, calibration, rows, system, balance, independent
+    )
 
 
 def with_effects(

@@ -1,4 +1,4 @@
-"""What a finished fit shows of the recording: a wrong unit, range or rate, exchanged axes."""
+"""Warnings that follow from a finished fit: a wrong unit, range or rate, exchanged axes."""
 
 import re
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
-        notes.append(f"{count} of {len(holds)} holds were taken hand-held and weigh less")
+        notes.append(f"{count} of {len(holds)} holds were taken hand-held and have less weight")
     return notes
 
 
@@ -83,8 +83,8 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
         ]
         if wrong != ["+x", "+y", "+z"]:
             notes.append(
-                "the gyroscope's axes are not the accelerometer's: its "
-                f"x, y, z must be taken from {', '.join(wrong)}. Check the wiring or the columns"
+                "the gyroscope's axes do not match the accelerometer's: take its x, y, z from "
+                f"{', '.join(wrong)}. Check the wiring or the columns"
             )
     return notes
 

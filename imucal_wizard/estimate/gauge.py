@@ -67,6 +67,6 @@ def _check(matrix: FloatArray) -> None:
     values = np.linalg.svd(matrix, compute_uv=False)
     if not np.isfinite(values).all() or values[-1] <= 1e-12 * values[0]:
         raise DataError(
-            "the calibration's matrix is singular: an axis says nothing. Check that every axis is "
-            "connected, and calibrate again"
+            "the calibration's matrix is singular: an axis does not respond. Check that every "
+            "axis is connected, and calibrate again"
         )

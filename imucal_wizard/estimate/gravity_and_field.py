@@ -244,12 +244,12 @@ def with_gyroscope(
     added = _added(source, fit_before, better)
     stage = replace(stage, added=added)
     if better.degrees_of_freedom < 1:
-        note = "the rotations leave nothing to judge a fit to both references by"
+        note = "the rotations leave no residual by which to judge a fit to both references"
         return replace(stage, notes=(*stage.notes, note)), fit_before
     if not added.better:
         note = (
-            "the gyroscope's fit to gravity alone foretells rotations left out better than the fit "
-            "to both references, and is kept"
+            "the gyroscope's fit to gravity alone predicts rotations left out better than the fit "
+            "to both references, so it is kept"
         )
         return replace(stage, notes=(*stage.notes, note)), fit_before
     if fit_before.method != DEFAULTS["gyroscope"]:

@@ -259,6 +259,11 @@ class GyroscopeExperiment(Movable):
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
 
+    @property
+    def by_noise_alone(self) -> "GyroscopeExperiment":
+        """See ``Experiment``."""
+        return self.under(self.of.noise_alone, None)
+
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""
         table, read = found.rows, self.rest.reading
@@ -284,8 +289,8 @@ class GyroscopeExperiment(Movable):
         reason = ""
         if missing and set(base) == set(BASE):
             reason = (
-                f"the rotations do not determine {', '.join(missing)}: left at the nominal value. "
-                "Turn about each axis in both senses, with that axis level"
+                f"the rotations do not determine {', '.join(missing)}: nominal values are used. "
+                "Rotate about each axis in both senses, with that axis level"
             )
         names = tuple(self.name(entry) for entry in free)
         return Directions(columns, names, tuple(base), dropped, reason)
@@ -345,7 +350,7 @@ class GyroscopeExperiment(Movable):
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
-        whole, plain, balance = self.in_session(found), found.covariance(), found.balance
+        whole, plain, balance = found.in_session, found.covariance(), found.balance
         if whole is None or plain is None or found.base != BASE:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))

@@ -144,7 +144,7 @@ def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
         count = len(experiment.rotations.usable)
         notes.append(
             f"{experiment.unsteady} of {count} rotations begin or end while the device was not "
-            "steady: they weigh less, and their closure shows the hand"
+            "steady: they have less weight, and their closure contains the motion of the hand"
         )
     if experiment.undersampled is not None:
         angle = quantity(experiment.undersampled, "rad")

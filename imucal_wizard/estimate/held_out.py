@@ -261,8 +261,7 @@ def why_none_held_out(found: "Minimum[Experiment]") -> str:
     words = {source.group_word for source in found.experiment.sources if source.judged}
     one = " or ".join(sorted(words))
     return (
-        f"without one of the {one}s the others do not determine this model, so none could be left "
-        "out to check it: add some"
+        f"this model needs every one of the {one}s, so none could be left out to check it: add some"
     )
 
 

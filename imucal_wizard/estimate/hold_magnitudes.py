@@ -74,8 +74,8 @@ def fit_by_method(holds: Sequence[Hold], gravity: float, unit: str, method: str)
         free = (*PLACES["bias"], *PLACES["scale"])
         between = "; ".join(EDGES_OF[place] for place in PLACES["non-orthogonality"])
         reason = (
-            "not all angles are determined, and this method has all of them or none: left at zero. "
-            f"Add holds with the edges between these faces on top: {between}"
+            "these holds do not determine all angles, and this method fits all or none: the "
+            f"angles are zero. Add holds with the edges between these faces on top: {between}"
         )
     return published.run(HoldMagnitudes(experiment, problem, free, reason))
 

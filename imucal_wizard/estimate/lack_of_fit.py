@@ -1,4 +1,4 @@
-"""The test of lack of fit: whether measured noise makes what a model leaves.
+"""The test of lack of fit: whether measured noise explains the residuals.
 
 The noise is what was measured apart from the model: the noise within the holds, and how far the
 same pose differs from one visit to the next. Residuals between directions do not measure it: they
@@ -117,14 +117,15 @@ def lack_of_fit(
     rest = visits.repeated
     if not rest.any():
         return own
+    again = (residual * sigma)[rest]
     group, visit = visits.group[rest], visits.visit[rest]
-    share, repeats = pure_error(residual[rest], group, visit)
+    share, repeats = pure_error(again, sigma[rest], group, visit)
     if not repeats or freedom <= repeats:
         return own
     between = max(share - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
     factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / sigma**2, 0.0))
     squares, _ = squares_left(factor * residual, factor[:, None] * columns)
-    pure, _ = pure_error((factor * residual)[rest], group, visit)
+    pure, _ = pure_error(again, (sigma / factor)[rest], group, visit)
     ratio = (squares - repeats * pure) / (freedom - repeats)
     return LackOfFit(
         own.ratio,

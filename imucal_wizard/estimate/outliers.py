@@ -1,4 +1,4 @@
-"""The one hold or rotation that does not fit with all others: to be measured again, never dropped.
+"""Detection of a single hold or rotation that disagrees with all others; it is never dropped.
 
 Left out, a good one lowers the sum of squares by about its share; how much more is by chance is
 known exactly for normal noise (the externally studentised residual, Fisher's F for several

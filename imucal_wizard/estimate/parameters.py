@@ -1,4 +1,4 @@
-"""From matrix and bias to the parameters people speak of, with their standard errors.
+"""Conversion of matrix and bias to named parameters with standard errors.
 
 The body frame is Q's: x along the sensor's x axis, y in the plane of its x and y axes. Then
 ``M = K·T`` (Q, eq. 3–8) with
@@ -105,13 +105,11 @@ def with_errors(
     The derivative of the conversion is taken by central differences at a step of a thousandth of
     each standard deviation, where its curvature is invisible, but not below what rounding allows.
 
-    Args:
-        convert: from the solver's parameters, shape (n,), to named values.
-        theta: the solver's parameters.
-        covariance: of ``theta``, or None when nothing is left over to judge it by.
-        units: unit of a parameter by name.
-        dropped: names of parameters the data do not carry.
-        repeats: covariance of ``theta`` from the repeats instead of the residual, or None.
+    Args: convert: from the solver's parameters, shape (n,), to named values. theta: the solver's
+        parameters. covariance: of ``theta``, or None when nothing is left over to judge it by.
+        units: unit of a parameter by name. dropped: names of parameters that the data do not
+        determine. repeats: covariance of ``theta`` from the repeats instead of the residual, or
+        None.
     """
     values = convert(theta)
     errors: dict[str, float | None] = dict.fromkeys(values)

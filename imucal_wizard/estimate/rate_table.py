@@ -176,9 +176,9 @@ class RateTableExperiment(Movable):
         reason = ""
         if missing and set(base) == set(BASE):
             reason = (
-                f"these mountings do not determine {', '.join(missing)}: left at the nominal "
-                "value. Mount the device with each face and with each edge between two faces along "
-                "the table's axis"
+                f"these mountings do not determine {', '.join(missing)}: nominal values are used. "
+                "Mount the device with each face and with each edge between two faces along the "
+                "table's axis"
             )
         return Directions(
             columns, tuple(ENTRY_NAMES[entry] for entry in free), tuple(base), dropped, reason
@@ -265,7 +265,7 @@ def find_table(series: Series, given: KnownRates) -> TableData:
     holds = constant_rates(series)
     if not holds:
         raise DataError(
-            "the gyroscope is nowhere steady for a second: let the table rest, and let it turn at "
+            "the gyroscope is never steady for a second: let the table rest, and let it rotate at "
             "each rate for some seconds"
         )
     found = min(
@@ -425,4 +425,4 @@ def _table_notes(data: TableData) -> list[str]:
     )
     count = len(data.left_out)
     more = f" and {count - 3} more" if count > 3 else ""
-    return [f"steady at none of the listed rates, and not used: {places}{more}"]
+    return [f"not used, since none of the listed rates fits: {places}{more}"]

@@ -67,8 +67,7 @@ class FitOptions:
 def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
     """Find the holds and rotations of a recording and fit every sensor.
 
-    Raises:
-        DataError: the recording does not carry a calibration.
+    Raises: DataError: the recording does not determine a calibration.
     """
     options = options or FitOptions()
     if options.rates or options.turns:
@@ -101,8 +100,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
 def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     """Accelerometer and gyroscope.
 
-    Raises:
-        DataError: the recording does not carry an accelerometer's calibration.
+    Raises: DataError: the recording does not determine an accelerometer's calibration.
     """
     if not len(readings):
         raise DataError("the recording has no accelerometer")
@@ -219,8 +217,7 @@ def fit_collected(
         readings: all samples, where they are at hand: they show slow noise in a long rest and what
             the sensor's filter passes.
 
-    Raises:
-        DataError: neither the holds nor the magnetometer's samples carry a calibration.
+    Raises: DataError: neither the holds nor the magnetometer's samples determine a calibration.
     """
     options = options or FitOptions()
     warnings = (*warnings, *_left_out(collected))
@@ -264,7 +261,7 @@ def _held(
     """Accelerometer and gyroscope by the holds and rotations that the wizard has collected.
 
     Raises:
-        DataError: the holds do not carry a calibration.
+        DataError: the holds do not determine a calibration.
     """
     steps = steps_in(collected)
     return fit_holds(
@@ -313,7 +310,7 @@ def fit_holds(
         readings: what the holds were found in, where it is at hand.
 
     Raises:
-        DataError: the holds do not carry a calibration.
+        DataError: the holds do not determine a calibration.
     """
     accelerometer = fit_accelerometer(
         holds, options.gravity, units["accelerometer"], options.method, readings
@@ -413,6 +410,6 @@ def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorF
 
 def _stands_out(place: str, outlier: Outlier) -> str:
     return (
-        f"{place} does not fit with the others: its error is {outlier.ratio:.0f} times theirs. "
+        f"{place} does not agree with the others: its error is {outlier.ratio:.0f} times theirs. "
         "Measure it again"
     )

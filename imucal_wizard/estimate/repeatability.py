@@ -57,13 +57,13 @@ def repeatability_of(table: ResidualTable) -> Repeatability | None:
         return None
     axis, noise, sigma = np.maximum(table.axis, 0)[rest], table.floor[rest], table.sigma[rest]
     group, visit = 3 * table.pose[rest] + axis, 3 * table.visit[rest] + axis
-    square, freedom = pure_error(table.residual[rest] / sigma, group, visit)
+    square, freedom = pure_error(table.residual[rest], sigma, group, visit)
     if not freedom:
         return None
     variance = square * float(np.mean(sigma**2))
     share = inf
     if noise.all():
-        share, _ = pure_error(table.residual[rest] / noise, group, visit)
+        share, _ = pure_error(table.residual[rest], noise, group, visit)
     p = exceeded(share, freedom, WITHIN_FREEDOM * int(rest.sum()))
     unit = str(table.unit[np.flatnonzero(rest)[0]])
     return Repeatability(float(np.sqrt(variance)), freedom, p, unit)
@@ -76,20 +76,29 @@ def rows_at_rest(table: ResidualTable) -> BoolArray:
     return np.asarray(rest & (unit == unit[int(rest.argmax())]))
 
 
-def pure_error(residual: FloatArray, group: IntArray, visit: IntArray) -> tuple[float, int]:
+def pure_error(
+    residual: FloatArray, sigma: FloatArray, group: IntArray, visit: IntArray
+) -> tuple[float, int]:
     """Mean square of the visits about the mean of their group, and its degrees of freedom.
 
+    The visits are compared as they were measured, and only then divided by their noise: what a
+    model lacks in a direction is the same in a quiet visit and in a noisy one.
+
     Args:
-        residual: rows of equal variance, shape (n,).
+        residual: of the rows, shape (n,).
+        sigma: standard deviation of each, shape (n,).
         group: which rows are of one direction, shape (n,).
         visit: which rows are pieces of one visit, shape (n,).
+
+    Returns:
+        The mean square in units of ``sigma``, and its degrees of freedom.
     """
-    _, first, number, count = np.unique(
-        visit, return_index=True, return_inverse=True, return_counts=True
-    )
+    _, first, number = np.unique(visit, return_index=True, return_inverse=True)
     # the mean of the pieces of a visit, as exact as they are together
-    together = np.bincount(number, residual) / np.sqrt(count)
+    weight = np.bincount(number, sigma**-2.0)
+    together = np.bincount(number, residual / sigma**2) / weight
     _, place, visits = np.unique(group[first], return_inverse=True, return_counts=True)
-    rest = together - (np.bincount(place, together) / visits)[place]
+    middle = np.bincount(place, weight * together) / np.bincount(place, weight)
+    rest = together - middle[place]
     freedom = len(first) - len(visits)
-    return (float(rest @ rest) / freedom if freedom else 0.0), freedom
+    return (float(weight @ rest**2) / freedom if freedom else 0.0), freedom

@@ -1,4 +1,4 @@
-"""What the steps of the readings do to the averages of holds."""
+"""The effect of the resolution of the readings on the averages of holds."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What sampling loses of a rotation: motion at multiples of the sampling rate f looks like a rate.
+"""The error of rotations by sampling: motion at multiples of the sampling rate f aliases to a rate.
 
 A hand that trembles while it turns the device moves it at all frequencies. What the sensor passes
 of the power at f, 2f, … is sampled as a constant rate, and its integral walks away from the true

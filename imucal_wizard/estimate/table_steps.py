@@ -316,14 +316,14 @@ def why_no_match(found: TableData, given: KnownRates, unit: str) -> str:
     """Why the listed rates or angles do not match the recording, and what the recording has."""
     if not given.rates:
         return (
-            f"{len(found.rests)} rests were found, but hardly a motion between them that is about "
-            "one axis and by one of the listed angles: check the list, and let the table rest for "
-            "two seconds before and after each turn"
+            f"{len(found.rests)} rests were found, but hardly any rotation between them about one "
+            "axis by a listed angle: check the list, and let the table rest for two seconds "
+            "before and after each rotation"
         )
     if not found.left_out:
         return (
             f"{len(found.turned)} steps of constant rate and {len(found.rests)} rests were found: "
-            "let the table turn at each rate for some seconds, in several mountings"
+            "let the table rotate at each rate for some seconds, in several mountings"
         )
     gain = float(np.linalg.norm(found.start.matrix, 2)) if unit != COUNT else 1.0
     there = dict.fromkeys(

@@ -184,7 +184,7 @@ class Commands:
         machine.stage.enter()
         if step in ticks and isinstance(machine.stage, DirectionsStage):
             machine.stage.ask_again(ticks[step])
-        context.emit(EventKind.UNDONE, f"{_named(last)} is taken back.")
+        context.emit(EventKind.UNDONE, f"{_named(last)} was taken back.")
 
     def _to_undo(self) -> Kept | None:
         """The measurement that undo removes. Circles that have hardly begun are removed before it.

@@ -141,7 +141,10 @@ class HoldCapture:
         found = reject_clipped(own.rotations, limit, units)
         earlier = sum(own.discount(one) for one in found if one is not context.motion)
         if earlier:
-            text = f"The gyroscope clips: {plural(earlier, 'earlier rotation')} do not count."
+            text = (
+                f"The gyroscope clips: {plural(earlier, 'earlier rotation')} no longer counted. "
+                "Rotate more slowly."
+            )
             context.emit(EventKind.WARNING, text)
 
     def rest_in(self, kept: KeptHold) -> None:

@@ -102,7 +102,7 @@ RECHECK_STEPS: tuple[Step, ...] = (
     Step(
         StepKind.RECHECK,
         poses=(*FACES, *EDGES),
-        skipped="axes that were not seen are not judged",
+        skipped="axes that were not measured are not judged",
     ),
     Step(StepKind.VERDICT),
 )

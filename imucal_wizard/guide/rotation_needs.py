@@ -32,7 +32,7 @@ from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 from imucal_wizard.model.terms import Term, Terms
 
 ANGLES_DEG = (60.0, 90.0, 120.0, 150.0)
-"""Angles asked for. A rotation by hand beyond 170° needs a second grip."""
+"""Angles asked for; a rotation by hand beyond 170° needs a second grip."""
 MAX_RANGE_SHARE = 0.8
 """Largest peak rate asked for, as a share of the gyroscope's range: a hand overshoots by 10 %."""
 MAX_TILT_DEG = 170.0

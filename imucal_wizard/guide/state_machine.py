@@ -275,7 +275,9 @@ class StateMachine:
         if self.capture.slow_moment(hold):
             return
         if context.watch.tighten(self.stage.seconds):
-            context.emit(EventKind.WARNING, "Calm again: the limits are back to normal.")
+            context.emit(
+                EventKind.WARNING, "The device is calm again: the limits are back to normal."
+            )
         self._pass_on(self.capture.keep(hold, self.step))
         frozen = frozen_axis(block.window, self.settle.noise, context.resolution.steps[0])
         if frozen:

@@ -80,8 +80,8 @@ def _repeated_samples(readings: Readings) -> str:
         return ""
     return (
         f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
-        f"sensor measures, or too few digits. Print once per new measurement, or the noise and "
-        f"the stillness limits come out wrong."
+        "sensor measures, or too few digits. Print once per new measurement; otherwise the noise "
+        "and the limits of stillness are wrong."
     )
 
 
@@ -107,8 +107,8 @@ def dead_axes(sensor: str, series: Series) -> str:
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0]
     if dead and max(len(distinct(values[:, axis])) for axis in range(3)) > MAX_IDLE_VALUES:
         return (
-            f"The {sensor}'s {' and '.join(dead)} axis never changes: it is dead, or another "
-            f"column was taken for it. Check the columns and the sensor."
+            f"The {sensor}'s {' and '.join(dead)} axis never changes: it is dead, or its column "
+            "is another one. Check the columns and the sensor."
         )
     for one, other in itertools.combinations(range(3), 2):
         if spans[one] > 0.0 and np.array_equal(values[:, one], values[:, other]):

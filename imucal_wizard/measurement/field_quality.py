@@ -164,8 +164,8 @@ def check_scatter(sigma: float, radius: float, readings: FloatArray) -> None:
     if sigma <= MAX_SHELL_SCATTER * radius:
         return
     raise missing_shell(readings) or DataError(
-        f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: it "
-        "is not one constant field. Measure away from iron, magnets and currents"
+        f"the magnetometer's readings scatter by {100.0 * sigma / radius:.0f} % of the field: the "
+        "field is not constant. Measure away from iron, magnets and currents"
     )
 
 
@@ -186,8 +186,8 @@ def check_field(magnitude: float, unit: str, field: float | None) -> str:
     if not low / MAX_FIELD_SCALE_ERROR <= magnitude <= high * MAX_FIELD_SCALE_ERROR:
         raise DataError(
             f"a field of {fixed(magnitude, decimals(magnitude, 3))} µT is not the Earth's "
-            f"({low:.0f} to {high:.0f} µT): a magnet or iron turns with it, an axis is saturated, "
-            "or the unit is another",
+            f"({low:.0f} to {high:.0f} µT): a magnet or iron moves with the device, an axis is "
+            "saturated, or the unit is wrong",
             settings=("magnetometer_unit",),
         )
     if (
@@ -340,7 +340,7 @@ _PLANE = (
     "calibration. Turn it once round with each of its six faces down"
 )
 CONSTANT_FIELD = (
-    "the magnetometer sends one and the same value: it is missing or asleep. Check its wiring, "
+    "the magnetometer always sends the same value: it is missing or asleep. Check its wiring, "
     "address and sketch"
 )
 """Message about a magnetometer whose readings never change, live and in a recording."""

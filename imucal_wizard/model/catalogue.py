@@ -1,4 +1,4 @@
-"""The effects there are: every module of ``effects``, and a user's own Python file.
+"""The catalogue of effects: every module of ``effects``, and a user's own Python file.
 
 A user's file defines one class; it is checked before it is used, and what goes wrong in it later is
 reported with its line.

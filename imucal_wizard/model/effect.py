@@ -1,4 +1,4 @@
-"""An effect: by how much each of its parameters moves the reading, and what to say of it.
+"""A physical effect: by how much each parameter changes the reading, and its description.
 
 The model equation of a sensor is ``y = S·(x + ε) + b + noise``; an effect is one term of ``ε``,
 linear in its parameters, on top of bias, scale and non-orthogonality. ``AxisEffect`` is the base of
@@ -266,6 +266,18 @@ class Effect(ABC):
             m/s², rad/s or µT per shown unit, shape (n, 3, p).
         """
 
+    def axis_columns(
+        self, sensor: str, c: Circumstances, variant: float | None = None
+    ) -> FloatArray | None:
+        """Error of each axis by its own k parameters, where every parameter moves one axis only.
+
+        Returns:
+            The other entries of ``columns`` are zero and left out: m/s², rad/s or µT per shown
+            unit, shape (n, 3, k), the parameters of x coming first. None for any other effect.
+        """
+        del sensor, c, variant
+        return None
+
     def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
         """Prior standard deviation of each parameter at a setting, shown unit, shape (p,)."""
         del variant
@@ -444,8 +456,14 @@ class AxisEffect(Effect):
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, 3), diagonal in output axis and parameter."""
         columns = np.zeros((len(c), 9))
-        columns[:, ::4] = self.sizes[sensor].si * self.shape(sensor, c, variant)
+        columns[:, ::4] = self.axis_columns(sensor, c, variant)[:, :, 0]
         return columns.reshape(-1, 3, 3)
+
+    def axis_columns(
+        self, sensor: str, c: Circumstances, variant: float | None = None
+    ) -> FloatArray:
+        """See ``Effect``."""
+        return np.asarray(self.sizes[sensor].si * self.shape(sensor, c, variant))[:, :, None]
 
 
 class BiasEffect(AxisEffect):
@@ -491,9 +509,16 @@ class ForceEffect(Effect):
 
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, 9): output axis ``i`` has the three columns ``3i`` to ``3i + 2``."""
-        del sensor, variant
-        felt = self.size.si * self.felt(c)
+        own = self.axis_columns(sensor, c, variant)
         columns = np.zeros((len(c), 3, 9))
         for axis in range(3):
-            columns[:, axis, 3 * axis : 3 * axis + 3] = felt
+            columns[:, axis, 3 * axis : 3 * axis + 3] = own[:, axis]
         return columns
+
+    def axis_columns(
+        self, sensor: str, c: Circumstances, variant: float | None = None
+    ) -> FloatArray:
+        """See ``Effect``: the same on each axis."""
+        del sensor, variant
+        felt = self.size.si * self.felt(c)
+        return np.broadcast_to(felt[:, None], (len(c), 3, 3))

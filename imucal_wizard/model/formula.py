@@ -259,12 +259,12 @@ class FormulaEffect(Effect):
 def _story(text: str, used: set[str]) -> Story:
     depends = [f"{name} ({text})" for name, text in VARIABLES.items() if name in used]
     return Story(
-        what="A formula of your own: what happens in the sensor is for you to say.",
+        what="This is a formula of your own; the program knows no physical cause for it.",
         equation=text,
         signature="Draw the residuals over what it depends on: "
         + (", ".join(depends) or "nothing at all, it is a bias")
         + ".",
-        needs="Data in which these vary, each apart from the others.",
+        needs="Data in which these quantities vary independently of one another.",
     )
 
 

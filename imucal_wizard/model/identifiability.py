@@ -1,16 +1,16 @@
 """Which parameters are identifiable: decided from the directions of the holds before any fit.
 
 At rest a calibration error shows only along the reading, as ``e(u) = j(u)·θ``: bias gives ``u``,
-scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. From the distinct directions
-alone follows what error a fit of some of the nine parameters would leave in any orientation,
+scale the squares ``u_i²``, non-orthogonality the products ``u_i u_j``. The distinct directions
+alone determine the error that a fit of some of the nine parameters leaves in any orientation,
 
     E(u)² = σ² j_f(u)ᵀ (X_fᵀX_f)⁻¹ j_f(u) + | (j_d(u) − j_f(u) X_f⁺ X_d) s_d |²
 
 with f the parameters that are free, d those left at their nominal value, X their columns at the
 directions held, σ the noise of a hold and s the usual size of each parameter. The first term grows
-with the parameters that are fitted, the second with those that are not. Of all models that leave
-directions over to contradict them the one with the least E (rms over the sphere) is taken; it must
-be less than what the sensor errs without any calibration.
+with the parameters that are fitted, the second with those that are not. Only models with spare
+directions are considered. The one with the least E (rms over the sphere) is taken; its E must be
+less than the error of the sensor without any calibration.
 """
 
 import itertools
@@ -134,7 +134,7 @@ def _least_error(places: tuple[int, ...], common_scale: bool) -> float:
 
 
 def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identifiable:
-    """The best model that these distinct directions, shape (n, 3), carry.
+    """The best model that these distinct directions, shape (n, 3), determine.
 
     Args:
         directions: unit vectors.
@@ -152,13 +152,13 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
     if best is not None:
         return _carried(len(directions), *best)
     raise DataError(
-        f"{plural(len(directions), 'distinct still position')} found; they do "
-        "not carry even bias and one scale. Hold the device still with each of its six faces up"
+        f"{plural(len(directions), 'distinct still position')} found, too few for bias and one "
+        "scale. Hold the device still with each of its six faces up"
     )
 
 
 def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
-    """Models that so many directions may carry: free places, and whether the scale is common.
+    """Models that so many directions may determine: free places, and whether the scale is common.
 
     Scales come before angles, since axes differ in scale by more than they are out of square.
     """
@@ -198,7 +198,7 @@ def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
     if names:
         pairs = "; ".join(EDGES_OF[place] for place in left)
         reason = (
-            f"{count} directions do not carry {', '.join(names)}: left at the nominal value. "
+            f"{count} directions do not determine {', '.join(names)}: nominal values are used. "
             f"Add holds with the edges between these faces on top: {pairs}"
         )
     angles = len(left) < len(NON_ORTHOGONALITY)

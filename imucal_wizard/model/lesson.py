@@ -1,12 +1,12 @@
-"""The lesson of an effect: its story, its usual sizes, what ignoring it costs, and its picture.
+"""The lesson of an effect: its description, its usual sizes, the cost of ignoring it, and a plot.
 
 The cost is in degrees: of tilt, per rotation, per minute, of heading.
 
-The effect acts during one ordinary session of twenty minutes, in which the device warms by 20 °C,
-is held in every direction, turned at 50 to 300 °/s and shaken at times, in a field of 48 µT
-with a dip of 65°, its motors drawing up to 10 A. The base model (bias, scale, non-orthogonality) is
-fitted to it as the wizard does; what it does not absorb is the cost. Small errors are
-assumed, so that they add up linearly.
+The effect acts during one ordinary session of twenty minutes. The device warms by 20 °C and cools
+again, is held in every direction, rotated at 50 to 300 °/s and shaken at times, in a field of 48 µT
+with a dip of 65°; its motors draw up to 10 A. The base model (bias, scale, non-orthogonality) is
+fitted as the wizard does; what it does not absorb is the cost. Small errors are assumed, so that
+they add up linearly.
 """
 
 import inspect
@@ -35,7 +35,8 @@ from imucal_wizard.model.effect import (
 )
 
 SESSION_MINUTES = np.array([0.0, 5.0, 10.0, 15.0, 20.0])
-SESSION_WARMTH = np.array([-10.0, -5.0, 0.0, 5.0, 10.0])
+SESSION_WARMTH = np.array([-10.0, 0.0, 10.0, 5.0, -5.0])
+"""It rises and falls: while it only rose evenly, a thermal lag would be a bias."""
 SESSION_SHAKING = np.array([0.0, 0.1, 0.0, 0.2, 0.0])
 """Vibration at these moments, g rms."""
 SESSION_AMPERES = np.array([0.0, 8.0, 2.0, 10.0, 5.0])
@@ -85,7 +86,7 @@ class Cost:
             if rms is not None and most is not None and rms > SMALLEST_ANGLE
         ]
         if self.rest_rms is not None and self.rest_rms > SMALLEST_ANGLE:
-            parts.append(f"{_degrees(self.rest_rms)} accumulated in a minute at rest")
+            parts.append(f"an angle of {_degrees(self.rest_rms)} after a minute at rest")
         return ", and ".join(parts) or "no error"
 
 
@@ -94,7 +95,7 @@ def _degrees(value: float) -> str:
 
 
 def cost_of_ignoring(effect: Effect, sensor: str, sizes: FloatArray) -> Cost:
-    """What this effect with sizes (p,), in shown units, costs who ignores it."""
+    """Cost of ignoring this effect with sizes (p,), in shown units."""
     prices = {ACCELEROMETER: _tilt, GYROSCOPE: _rotation, MAGNETOMETER: _heading}
     return prices[sensor](effect, sizes)
 
@@ -312,25 +313,25 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 
 _FAMILIES = {
-    "orientation": "at 1 g, or at one speed, the members of this family are nearly the same. Other "
-    "forces or speeds separate them, and sometimes more data.",
-    "time": "in one slow change the members of this family are nearly the same. A session in which "
-    "the temperature rises and falls, with repeated poses, separates them.",
+    "orientation": "at 1 g, or at one speed, the members of this family cause nearly the same "
+    "error. Other forces or speeds separate them, sometimes more data do.",
+    "time": "during a single slow change the members of this family cause nearly the same error. "
+    "A session with repeated poses, in which the temperature rises and falls, separates them.",
 }
 """What separates the members of a family, by the kind of its effects."""
 BASE_LESSONS = {
     "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
-    "the device over: half of the sum of both readings is the bias.",
-    "scale": "The reading per unit of the input. Turn the device over: half of the difference of "
-    "both readings is one g in the sensor's own unit.",
+    "the device over: half the sum of the two readings is the bias.",
+    "scale": "The reading per unit of the input. Turn the device over: half the difference of the "
+    "two readings is one g in the sensor's own unit.",
     "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
     "small part of the force along the others. Poses between the faces (edges) show it.",
-    "soft-iron": "Iron and nickel near the chip concentrate the field, more along one line than "
-    "across it: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
+    "soft-iron": "Iron and nickel near the chip concentrate the field, more in one direction than "
+    "in others: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
     "the same effect and are included. A circle on each of the six faces shows it.",
-    "disturbed": "One hold is wrong: somebody touched the table, or the device was not at rest. No "
-    "effect tested here explains this hold and all the others. Do not delete it; measure the "
-    "pose again.",
+    "disturbed": "One hold or rotation that differs from all others, because somebody touched the "
+    "table or the device was not at rest. It is disturbed if the others agree with one another "
+    "without it. Do not delete it; measure it again.",
 }
 """The lesson of each term of the base, and of a disturbed hold."""
 
@@ -352,8 +353,6 @@ class Lesson:
 
 
 _CHOICE = "*"
-_SESSION = ", in a session of 20 minutes that warms the device by 20 °C,"
-_DRAWING = ", in a session whose motors draw up to 10 A,"
 
 
 def lesson(effect: Effect, sensor: str) -> Lesson:
@@ -376,9 +375,9 @@ def lesson(effect: Effect, sensor: str) -> Lesson:
 def usual_sizes_text(parameter: EffectParameter) -> str:
     """``consumer 0.5 to 5 mg/g², …``; a star marks a typical choice that no data sheet gives."""
     if not parameter.grades:
-        return f"about {with_unit(f'{parameter.typical:.3g}', parameter.unit)}, a guess"
+        return f"about {with_unit(_plain(parameter.typical), parameter.unit)}, a guess"
     parts = [
-        f"{grade} {low:.3g} to {high:.3g}{_CHOICE if grade in parameter.chosen else ''}"
+        f"{grade} {_plain(low)} to {_plain(high)}{_CHOICE if grade in parameter.chosen else ''}"
         for grade, (low, high) in parameter.grades.items()
     ]
     note = f" ({_CHOICE} a typical choice, from no data sheet)" if parameter.chosen else ""
@@ -390,11 +389,25 @@ def cost_text(effect: Effect, sensor: str) -> str:
     parameters = effect.parameters(sensor)
     first, sizes = parameters[0], np.zeros(len(parameters))
     sizes[0] = first.typical
-    size = f"{with_unit(f'{first.typical:.3g}', first.unit)} on {first.name} alone"
-    when = "" if effect.kind == "orientation" else _SESSION
-    when = _DRAWING if effect.against == "current" else when
-    price = cost_of_ignoring(effect, sensor, sizes)
-    return f"{size}{when} leaves {price.words(worst=True)}, however well the base model is fitted"
+    size = with_unit(_plain(first.typical), first.unit)
+    size += f" on {first.name} alone" if len(parameters) > 1 else ""
+    price = cost_of_ignoring(effect, sensor, sizes).words(worst=True)
+    when = session_words(effect)
+    return f"With the base model fitted, {size} leaves {price}{f', {when}' if when else ''}."
+
+
+def _plain(value: float) -> str:
+    """A usual size: "0.8", "1500"."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def session_words(effect: Effect) -> str:
+    """The conditions of the cost: "in a session of …"; "" for an effect of orientation."""
+    if effect.against == "current":
+        return "in a session whose motors draw up to 10 A"
+    if effect.kind == "orientation":
+        return ""
+    return "in a session of 20 minutes in which the temperature rises by 20 °C and falls again"
 
 
 def _plain_story(effect: Effect) -> Story:
@@ -404,6 +417,7 @@ def _plain_story(effect: Effect) -> Story:
     return Story(
         what=text,
         equation=effect.equation,
-        signature="Its author gives none; look at the residuals over what it depends on.",
-        needs="Data in which what it depends on varies.",
+        signature="Its author gives no description. Look at the residuals over the quantity on "
+        "which it depends.",
+        needs="Data in which the quantity on which it depends varies.",
     )

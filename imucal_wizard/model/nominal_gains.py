@@ -1,4 +1,4 @@
-"""Which gains of the gyroscope are identifiable, and what the others are."""
+"""Which gains of the gyroscope are identifiable, and the nominal values of the others."""
 
 from collections.abc import Sequence
 
@@ -66,8 +66,8 @@ class Nominal:
         """
         if index in self.scales and not self.known:
             raise DataError(
-                f"the rotations do not carry the gyroscope's scale about {AXES[index // 3]}: turn "
-                "the device about each axis in both senses, with that axis level"
+                f"the rotations do not determine the gyroscope's scale about {AXES[index // 3]}: "
+                "rotate the device about each axis in both senses, with that axis level"
             )
 
 

@@ -53,7 +53,7 @@ def currents(c: Circumstances) -> str | None:
 def fields(c: Circumstances) -> str | None:
     """Whether the magnetic field is known."""
     if not np.isfinite(c.magnetic).all():
-        return "no magnetic field belongs to these readings; that is for a magnetometer"
+        return "these readings have no magnetic field; the effect is one of a magnetometer"
     return None
 
 
@@ -67,7 +67,7 @@ def duration(c: Circumstances) -> str | None:
 def rotations(sensor: str, c: Circumstances) -> str | None:
     """Whether a gyroscope was turned at all; an accelerometer needs no turning."""
     if sensor in FELT_IN_MOTION and not (np.abs(c.rate) > MIN_ROTATION_RATE).any():
-        return "nothing turns in these data; rotate the device between still poses"
+        return "these data contain no rotation; rotate the device between still poses"
     return None
 
 
@@ -107,7 +107,7 @@ def previous_poses(c: Circumstances) -> str | None:
     """Whether the poses before are known and differ."""
     known = c.previous[np.isfinite(c.previous).all(axis=1)]
     if len(known) < 2 or float(np.ptp(known, axis=0).max()) < 0.1 * c.gravity:
-        return "no pose was reached from different sides; come to the same poses in another order"
+        return "no pose was reached from different sides; take the same poses in another order"
     return None
 
 
@@ -115,12 +115,12 @@ def vibrations(c: Circumstances) -> str | None:
     """Whether some poses were shakier than others."""
     known = c.vibration[np.isfinite(c.vibration)]
     if len(known) < 2 or float(known.max()) <= MIN_VIBRATION_RATIO * float(known.min()):
-        return "all poses were equally quiet; take some again on a support that shakes"
+        return "all poses were equally quiet; take some again on a vibrating support"
     return None
 
 
 def rows(c: Circumstances, least: int) -> str | None:
     """Whether there are enough holds."""
     if len(c) < least:
-        return f"only {len(c)} holds; {least} are the fewest that can show it"
+        return f"only {len(c)} holds; at least {least} are needed"
     return None

@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.model.effect import AxisEffect, Circumstances, Effect, EffectParameter
+from imucal_wizard.model.effect import Circumstances, Effect, EffectParameter
 
 
 @dataclass(frozen=True)
@@ -96,15 +96,14 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
     return np.moveaxis(found, 0, 2)
 
 
-def axis_shape(term: Term, sensor: str, c: Circumstances) -> FloatArray:
-    """Error of each axis by the effect's own parameter of that axis, in its shown unit, (n, 3).
+def axis_columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray | None:
+    """See ``Effect.axis_columns``.
 
     Raises:
-        DataError: as ``columns_of``; the effect is no ``AxisEffect``.
+        DataError: as ``columns_of``.
     """
-    if not isinstance(term.effect, AxisEffect):
-        raise DataError(f"{term.name} has not one parameter for each axis")
-    return _finite(term, term.effect.sizes[sensor].si * term.effect.shape(sensor, c, term.variant))
+    own = term.effect.axis_columns(sensor, c, term.variant)
+    return None if own is None else _finite(term, own)
 
 
 def _finite(term: Term, values: FloatArray) -> FloatArray:

@@ -239,21 +239,21 @@ class UnknownShape(Effect):
     def _story(self, sensor: str) -> Story:
         letter, over = self.letter, self.over(sensor)
         return Story(
-            what=f"Nothing in the catalogue makes this error. The {letter} axis has an error that "
-            f"follows {over}, and the curve shows how. It names no cause. Causes that "
+            what=f"No effect in the catalogue causes this error. The error of the {letter} axis "
+            f"depends on {over} as the curve shows; the curve names no cause. "
             f"{_CAUSES[self.against]}.",
-            equation=f"error on {letter} = a smooth curve over {over}. Over how short a distance "
-            "it may change, and how large it may be, is what the data make likeliest among "
-            f"{len(LENGTHS)} lengths and {len(SIZES)} sizes (marginal likelihood of a Gaussian "
-            "process).",
-            signature=f"Drawn over {over}, the points follow one curve; over anything else they "
-            f"scatter. The curve is known only up to {self.absorbed}: what is straight in it is in "
-            "the base model already. Between two poses far apart the curve is only a guess.",
+            equation=f"error on {letter} = a smooth curve over {over}. Its correlation length and "
+            f"its size are the likeliest of {len(LENGTHS)} lengths and {len(SIZES)} sizes "
+            "(marginal likelihood of a Gaussian process).",
+            signature=f"Plotted over {over}, the points follow one curve; plotted over any other "
+            f"quantity they scatter. The curve is known only up to {self.absorbed}, because the "
+            "base model absorbs the straight part. Between two poses far apart the curve is only "
+            "a guess.",
             needs=f"Many holds at different values of {over}, close together where the curve is "
-            "steep: three holds inside a step are the fewest that show its width.",
-            remedy="Look for the cause first: a curve that is not understood may change. Add the "
-            "term only if data held out confirm it, and apply it only inside the range that was "
-            "measured; beyond it the curve keeps its last value.",
+            "steep: at least three holds inside a step are needed to show its width.",
+            remedy="Look for the cause first: an error of unknown cause may change. Add the term "
+            "only if held-out data confirm it, and apply it only inside the measured range; "
+            "outside, the curve keeps its last value.",
             confirm=_CONFIRM[self.against],
             source="Rasmussen and Williams, Gaussian Processes for Machine Learning (2006), "
             "chapters 2 and 5.",
@@ -303,15 +303,15 @@ _NEEDS = {
     "current": requirements.currents,
 }
 _CAUSES: Mapping[Against, str] = {
-    "input": "bend a characteristic like this are a converter with missing codes, a mass that "
-    "sticks or rubs, electronics that switch between ranges",
-    "force": "move a rate like this are a mass that sticks or rubs, a package that is strained",
-    "time": "move a zero like this are a loose board or connector, an unstable supply, warmth from "
-    "a neighbour that comes and goes",
-    "temperature": "move a zero like this are glue or a package that yields at one temperature, "
-    "and a compensation table inside the chip that changes from one entry to the next",
-    "current": "move a field like this are several leads that share the current unevenly, iron "
-    "that saturates beside them, a motor that turns its magnets",
+    "input": "Possible causes are a converter with missing codes, a mass that sticks or rubs, and "
+    "electronics that switch between ranges",
+    "force": "Possible causes are a mass that sticks or rubs, and a strained package",
+    "time": "Possible causes are a loose board or connector, an unstable supply, and a heat "
+    "source nearby that switches on and off",
+    "temperature": "Possible causes are glue or a package that yields at one temperature, and a "
+    "compensation table inside the chip with a jump between two entries",
+    "current": "Possible causes are several leads that share the current unevenly, iron beside "
+    "them that saturates, and a motor whose magnets rotate",
 }
 _POSES = (
     "Measure again with poses between those of the steepest part. A property of the sensor gives "
@@ -321,10 +321,10 @@ _CONFIRM: Mapping[Against, str] = {
     "input": _POSES,
     "force": _POSES,
     "time": "Leave the device untouched in one pose for as long as the session lasted. If the "
-    "curve comes again at the same time after switching on, it belongs to the sensor; if it comes "
-    "at another time, to its surroundings.",
+    "curve appears again at the same time after power-on, its cause is in the sensor; if it "
+    "appears at another time, its cause is in the surroundings.",
     "temperature": "Leave the device untouched in one pose, warm it slowly and let it cool again. "
-    "A property of the sensor gives the same curve both ways.",
+    "A property of the sensor gives the same curve while the device warms and while it cools.",
     "current": "Leave the device untouched in one pose and raise the current slowly: the reading "
     "follows the same curve.",
 }

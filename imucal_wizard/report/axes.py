@@ -25,8 +25,8 @@ USUAL_COUNTS_PER_G = 2048.0
 
 _READS = "# one g reads nominally "
 ASSUMED = (
-    "the controller is assumed to have corrected nothing while it was recorded; if it did, give "
-    "its parameters of then, and both corrections become one"
+    "the controller is assumed to have applied no correction during the recording; if it did, "
+    "give its parameters of that time, and both corrections are combined"
 )
 """Said where the present parameters are not given."""
 

@@ -188,7 +188,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
     if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
         row = int(np.flatnonzero(table.index == entry.suspect.hold)[0])
-        words.append(f"{table.place(row)}, alone is wrong; measuring it again would show it")
+        words.append(f"{table.place(row)}: only this one would be wrong; measure it again to check")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")
     if entry.lacking:
@@ -316,7 +316,7 @@ def _floors(rung: Rung) -> str:
         rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
     repeats, found = "no direction was held twice", floors.repeats
     if found is not None:
-        word = "as good as that" if found.repeatable else "worse than that"
+        word = "within the noise" if found.repeatable else "more than the noise"
         rms = quantity(found.rms, found.unit)
         repeats = f"{rms} ({found.freedom} degrees of freedom), {word}"
     place = "within directions" if floors.unit == "uT" else "at rest: within holds"

@@ -10,6 +10,7 @@ from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.instruction import present
+from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.operator_view import matrix_of
 from imucal_wizard.guide.state import Event, Status
 from imucal_wizard.guide.up_direction import guessed_offset
@@ -35,18 +36,26 @@ class AttitudeFilter:
 
     def __init__(self) -> None:
         self.matrix: FloatArray | None = None
+        self._resting_rate = np.zeros(3)
 
-    def feed(self, readings: Readings, up: tuple[float, float, float] | None) -> None:
+    def feed(
+        self,
+        readings: Readings,
+        up: tuple[float, float, float] | None,
+        *,
+        at_rest: bool = False,
+    ) -> None:
         """Update the attitude by new samples.
 
         Args:
             readings: samples of all sensors at the same times.
             up: up direction in the body frame from the procedure, for accelerations in counts,
                 which do not show it directly; None while unknown.
+            at_rest: the device rests, so its rate is the gyroscope's bias and turns nothing.
         """
         if not len(readings):
             return
-        turned = self._turn(readings)
+        turned = self._turn(readings, at_rest=at_rest)
         measured = _up_from(readings) if readings.accelerometer.unit == "m/s^2" else None
         if measured is None and up is not None:
             measured = np.array(up)
@@ -55,17 +64,20 @@ class AttitudeFilter:
             seconds = float(time[-1] - time[0]) + _RATE_PIECE_SECONDS
             self._lean(measured, seconds / (_TILT_SECONDS if turned else _TILT_SECONDS_ALONE))
 
-    def _turn(self, readings: Readings) -> bool:
+    def _turn(self, readings: Readings, *, at_rest: bool) -> bool:
         """Rotate by the rate; False without a gyroscope in rad/s."""
         gyroscope = readings.gyroscope
         if gyroscope is None or gyroscope.unit != "rad/s" or len(gyroscope) < 2:
             return False
-        if self.matrix is None:
+        if at_rest:
+            self._resting_rate = gyroscope.values.mean(axis=0)
+        if self.matrix is None or at_rest:
             return True
         step = float(gyroscope.time[-1] - gyroscope.time[0]) / (len(gyroscope) - 1)
         size = max(1, round(_RATE_PIECE_SECONDS / step)) if step > 0 else len(gyroscope)
         starts = np.arange(0, len(gyroscope), size)[-_MAX_RATE_PIECES:]
-        vectors = np.add.reduceat(gyroscope.values, starts, axis=0) * step
+        rate = gyroscope.values - self._resting_rate
+        vectors = np.nan_to_num(np.add.reduceat(rate, starts, axis=0) * step)
         for turn in _rotations(vectors):
             self.matrix = self.matrix @ turn
         return True
@@ -227,7 +239,7 @@ class SnapshotMaker:
         self._unseen.append(readings)
         self._dirty = True
         if len(self._unseen) >= _MAX_UNDRAWN_PIECES:
-            self._draw(None)
+            self._draw(None, at_rest=False)
 
     def changed(self) -> None:
         """Mark the snapshot as outdated for another reason than samples."""
@@ -244,7 +256,8 @@ class SnapshotMaker:
         if not self._dirty:
             return self._latest
         now = status()
-        self._draw(now.up)
+        # no device is drawn before the start
+        self._draw(now.up, at_rest=now.still.still or now.step is StepKind.SOURCE)
         source, drawn = stream(), self._attitude.matrix
         attitude = None if drawn is None else matrix_of(drawn.tolist())
         self._latest = Snapshot(
@@ -274,12 +287,12 @@ class SnapshotMaker:
         """Number of the newest snapshot."""
         return self._latest.serial
 
-    def _draw(self, up: tuple[float, float, float] | None) -> None:
+    def _draw(self, up: tuple[float, float, float] | None, *, at_rest: bool) -> None:
         unseen, self._unseen = self._unseen, []
         if unseen and self._traces is not None:
             readings = join_readings(unseen)
             self._traces.feed(readings)
-            self._attitude.feed(readings, up)
+            self._attitude.feed(readings, up, at_rest=at_rest)
 
     def _with_values(self, stream: StreamStatus) -> StreamStatus:
         if self._traces is None:

@@ -82,7 +82,7 @@ def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
     from imucal_wizard.report.text import correction_text, summary
 
     say(f"{summary(report, diagnoses)}\n\n{correction_text(from_report(report, '', ''))}\n")
-    say("▲ no file has this calibration")
+    say("▲ this calibration is not saved")
 
 
 def _print_session(session: Path, unkept: PlaceError | None) -> None:
@@ -123,8 +123,8 @@ def _status(app: BaseApp) -> int:
     """The exit status of an app; 128 and the number of the signal that ended it."""
     if app.ended_by:
         model = app.unsaved_model()  # nobody could be asked
-        kept = "; the bench of the same data has it again" if model else ""
-        lost = f"; no file has this model: {model}{kept}" if model else ""
+        kept = "; the bench restores it with the same data" if model else ""
+        lost = f"; this model is not saved: {model}{kept}" if model else ""
         note(f"imucal-wizard: ended by {signal.Signals(app.ended_by).name}{lost}")
         return SIGNALLED + app.ended_by
     return app.return_code or 0

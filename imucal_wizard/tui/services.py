@@ -142,6 +142,10 @@ class Services(Protocol):
     def calibrations(self) -> Sequence[SourceChoice]:
         """The newest calibration of each device, to check it against. Runs in a thread."""
 
+    @property
+    def given_recheck(self) -> SourceChoice | None:
+        """The calibration of the options to check the device against, or None."""
+
     def recheck_with(self, calibration: Path | None) -> None:
         """Check the next source against a calibration; None does what the options say."""
 
@@ -353,6 +357,14 @@ class WizardServices:
                     kind = SourceKind.RECHECK
                     found.append(SourceChoice(kind, str(past[-1].path), title, detail))
         return found[:MAX_LISTED_DEVICES]
+
+    @property
+    def given_recheck(self) -> SourceChoice | None:
+        """The calibration of the options to check the device against, or None."""
+        path = self._options.recheck
+        if path is None:
+            return None
+        return SourceChoice(SourceKind.RECHECK, str(path), f"recheck {path.name}")
 
     def recheck_with(self, calibration: Path | None) -> None:
         """Check the next source against a calibration; None does what the options say."""

@@ -73,7 +73,7 @@ def test_a_gyroscope_that_zeroes_itself_is_noticed(
     """Its matrix is not nominal, and that is what remains to be calibrated."""
     (text,) = _noticed(with_gyroscope(session(), change))
     assert text.startswith("the gyroscope's bias is nominal")
-    assert "takes it out by itself" in text
+    assert "removes it by itself" in text
     assert "use the matrix" in text
 
 

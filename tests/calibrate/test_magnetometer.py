@@ -192,4 +192,4 @@ def test_the_bench_of_a_recording_without_accelerometer_says_so(
     assert cli.main(["bench", str(path)]) == 1
     warnings = capsys.readouterr().err
     assert "no accelerometer" in warnings
-    assert "do not carry the off-diagonal soft iron" in warnings
+    assert "do not determine the off-diagonal soft iron" in warnings

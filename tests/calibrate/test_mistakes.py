@@ -65,7 +65,7 @@ def test_one_disturbed_hold_is_named_and_kept(plain: FitReport) -> None:
         return values
 
     report = fit_readings(with_accelerometer(session(), push))
-    assert _warned(report, "hold", "does not fit", f"{hold.start:.1f}", "+x+y", "again")
+    assert _warned(report, "hold", "does not agree", f"{hold.start:.1f}", "+x+y", "again")
     (suspect,) = report.sensors["accelerometer"].suspects
     assert report.holds[suspect].pose == "+x+y"
     assert len(report.holds) == len(plain.holds)
@@ -81,7 +81,7 @@ def test_one_bad_rotation_is_named(plain: FitReport) -> None:
         return values
 
     report = fit_readings(with_gyroscope(session(), lose))
-    assert _warned(report, "rotation", "does not fit", f"{turn.time[0]:.1f}", "again")
+    assert _warned(report, "rotation", "does not agree", f"{turn.time[0]:.1f}", "again")
 
 
 def test_swapped_gyroscope_axes_are_told() -> None:
@@ -108,7 +108,7 @@ def test_a_negated_gyroscope_axis_is_told() -> None:
 def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
     """Its magnitude cannot show it; gravity then turns the other way than the rates say."""
     report = fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 1.0, -1.0]))
-    assert _warned(report, "axes are not the accelerometer's")
+    assert _warned(report, "axes do not match the accelerometer's")
     assert (report.sensors["accelerometer"].rms_held_out or 1.0) < 0.01
 
 
@@ -252,7 +252,7 @@ def test_a_device_that_is_already_calibrated_stays_so() -> None:
             nominal = 1.0 if parameter.name.startswith("sensitivity") else 0.0
             assert abs(parameter.value - nominal) < 4.5 * (parameter.standard_error or 0.0)
     for name in report.sensors:
-        assert _warned(report, f"the {name}'s bias", "already compensated", "Keep the readings")
+        assert _warned(report, f"the {name}'s bias", "already compensated", "Use the readings")
 
 
 def test_nothing_but_rest_is_refused() -> None:

@@ -142,7 +142,7 @@ def test_few_mountings_leave_the_angles_nominal_and_say_so() -> None:
     assert any("mountings do not determine theta_yz" in note for note in fit.warnings)
     with pytest.raises(DataError, match="at none of the listed rates: they read"):
         fit_table(Readings(NONE, series), (33.3, 45.0))
-    with pytest.raises(DataError, match="hardly a motion between them"):
+    with pytest.raises(DataError, match="hardly any rotation between them"):
         fit_readings(Readings(NONE, series), FitOptions(turns=(np.pi / 2,)))
 
 

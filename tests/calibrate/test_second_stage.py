@@ -227,7 +227,7 @@ def test_positions_of_one_tilt_do_not_determine_the_rotation() -> None:
     up = np.tile([0.0, 0.0, 1.0], (10, 1))
     field = np.column_stack([0.4 * np.cos(turn), 0.4 * np.sin(turn), np.full(10, -0.9165)])
     field += 1e-4 * np.random.default_rng(6).standard_normal(field.shape)
-    with pytest.raises(DataError, match="do not carry the rotation"):
+    with pytest.raises(DataError, match="do not determine the rotation"):
         align(up, field / np.linalg.norm(field, axis=1)[:, None])
 
 

@@ -93,7 +93,7 @@ def test_the_last_rotations_that_it_needs_cannot_be_left_out(
     assert fit.rms_held_out is None
     assert fit.held_out is None
     said = fit.not_held_out
-    assert f"the {method} approach needs every rotation there is about y" in said
+    assert f"the {method} approach needs every rotation about y" in said
     assert "add some" in said
 
 

@@ -209,7 +209,7 @@ def test_a_picture_is_printed_as_text_and_as_data(
 ) -> None:
     assert cli.main(["bench", str(recording), "--view", "force-x"]) == 0
     text = capsys.readouterr().out
-    assert text.startswith("ACCELEROMETER  holds: what is left, mg")
+    assert text.startswith("ACCELEROMETER  holds: |a| − g, mg")
     assert "force along x, g" in text
     assert max(map(len, text.splitlines())) <= 79
     assert cli.main(["bench", str(recording), "--view", "model-x-force-x", "--json", "-"]) == 0

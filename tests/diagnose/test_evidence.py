@@ -1,16 +1,20 @@
 """Marginal likelihoods are what the textbook's density says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT, PAIR_SPREAD, UNKNOWN
-from imucal_wizard.diagnose.posterior import HypothesisSet
+from imucal_wizard.diagnose.posterior import HypothesisSet, explained, hypothesis_set
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.significance import log_evidences
 from imucal_wizard.diagnose.verdict import judge_misfit
+from tests.diagnose.recordings import fitted
 from tests.diagnose.sessions import session
 
 
@@ -50,6 +54,25 @@ def test_a_single_explanation_has_the_density_of_its_covariance(kind: str) -> No
         each = [density(hypotheses, misfit.residual, [(one.patterns, s)]) for s in one.spreads]
         assert evidence[place] == pytest.approx(logsumexp(each, b=one.shares), abs=1e-6)
     assert evidence[0] == pytest.approx(density(hypotheses, misfit.residual, []), abs=1e-6)
+
+
+def test_what_the_model_takes_up_explains_nothing_at_any_size() -> None:
+    """Cubic cross terms make third-order terms up to a scale, and nearly all odd quadratic ones.
+
+    What is left of these, 0.5 %, is what a linear model neglects as well. A residual along it would
+    need dozens of times the usual size.
+    """
+    bench = Benches(*fitted(poses="26+repeats", seed=5)).accelerometer
+    bench.add("cubic-cross")
+    misfit = bench.look().misfit
+    frame = hypothesis_set(misfit, pairs=False).frame
+    alike = next(one for one in misfit.candidates if one.term == "odd-quadratic")
+    left = frame.across @ (frame.across.T @ alike.columns[:, 0])
+    assert 0.0 < np.linalg.norm(left) < 0.01 * np.linalg.norm(alike.columns[:, 0])
+    wrong = replace(misfit, residual=20.0 * left / np.linalg.norm(left))
+    hypotheses, posterior = explained(wrong)
+    blamed = [one.terms == ("odd-quadratic",) for one in hypotheses.single]
+    assert posterior.single[blamed].sum() < 0.1
 
 
 def test_pairs_have_the_density_of_both_patterns() -> None:

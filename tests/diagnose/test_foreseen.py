@@ -6,24 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.sizes import (
-    DEVIATES,
-    NAMED,
-    RIGHT_SIZE,
-    SEEN,
-    Threshold,
-    enclosed,
-    reported_over_found,
-)
+from benchmarks.sizes import NAMED, SEEN, Compared, least_factor
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import SIGMAS
-from imucal_wizard.diagnose.residuals import Candidate
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import SEEN_P, Chances
 from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import judge_misfit
+from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum
 from tests.diagnose.sessions import session
 
 Rule = Callable[[FloatArray], bool]
@@ -32,22 +27,46 @@ RECORDINGS = 24
 NOISE = float(SIGMAS[2])
 
 
-def quiet(known: HypothesisSet, wander: int = 0) -> Posterior:
+class KnownNoise(AccelerometerExperiment):
+    """An experiment whose noise is known.
+
+    Args:
+        variance: along each coordinate of the misfit, shape (m,).
+    """
+
+    def __init__(self, variance: FloatArray) -> None:
+        self._variance = variance
+
+    def foreseen(
+        self, found: Minimum[Experiment], combinations: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """The variance that is known."""
+        del found, combinations
+        return np.ones(1), self._variance[None]
+
+
+def quiet(
+    misfit: WhitenedResiduals, known: HypothesisSet, wander: int
+) -> tuple[WhitenedResiduals, HypothesisSet, Posterior]:
     """The noise is known: of this size and wander."""
-    found = known.posterior(np.zeros(len(known.frame.across)))
+    frame = known.frame
+    variance = NOISE**2 / frame.weights(frame.wanders[wander])
+    minimum = replace(misfit.minimum, experiment=KnownNoise(variance))
+    found = known.posterior(np.zeros(len(frame.across)))
     noise = np.zeros_like(found.noise)
     noise[wander, np.argmin(np.abs(SIGMAS - NOISE))] = 1.0
-    return replace(found, noise=noise)
+    shown = replace(misfit, minimum=minimum)
+    return shown, known, replace(found, noise=noise)
 
 
-def right(known: HypothesisSet, shown: FloatArray, met: Rule, deviate: float) -> bool:
+def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool:
     """Whether the rule is met at the size told, within 20 % as far as these recordings tell.
 
     Args:
         known: the explanations.
         shown: what an effect of the size told shows, shape (m,).
         met: the rule, of what is left, whitened.
-        deviate: normal deviate of the share of recordings in which it is to be met.
+        what: ``seen`` or ``named``.
     """
     found = []
     for each in NOISE * np.random.default_rng(3).standard_normal((RECORDINGS, len(shown))):
@@ -55,17 +74,16 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, deviate: float) ->
         def at(factor: float, each: FloatArray = each) -> bool:
             return met(known.frame.across @ (factor * shown + each))
 
-        found.append(Threshold("", *enclosed(at)))
-    _, low, high = reported_over_found(found, deviate)
-    return low < RIGHT_SIZE and high > 1.0 / RIGHT_SIZE
+        found.append(least_factor(at))
+    return Compared(what, np.ones((RECORDINGS, 1)), np.array(found)).may_be_right
 
 
-def usual(term: str) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
+def usual(term: str, wander: int = 0) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
     misfit, known = session()
     known = HypothesisSet(known.frame, known.single)
     chances = Chances(known)
     one = next(one for one in misfit.candidates if one.term == term)
-    return one, Detectability(misfit, known, quiet(known), chances), known, chances
+    return one, Detectability(*quiet(misfit, known, wander), chances), known, chances
 
 
 @pytest.mark.study
@@ -79,7 +97,7 @@ def test_a_misfit_of_the_size_told_is_seen_95_times_in_100(term: str) -> None:
         posterior = known.posterior(residual)
         return rank(misfit, known, posterior, chances)[0].p <= SEEN_P
 
-    assert right(known, shown, seen, DEVIATES[SEEN])
+    assert right(known, shown, seen, SEEN)
 
 
 @pytest.mark.parametrize("term", ["second-order", "bias-drift"])
@@ -92,14 +110,12 @@ def test_a_family_is_named_90_times_in_100_at_the_size_told(term: str) -> None:
         left = replace(misfit, residual=residual)
         return judge_misfit(left, known, known.posterior(residual)).families == (one.family,)
 
-    assert right(known, shown, named, DEVIATES[NAMED])
+    assert right(known, shown, named, NAMED)
 
 
 def test_a_wander_that_the_noise_may_have_hides_larger_effects() -> None:
-    misfit, known = session()
-    chances = Chances(known)
-    calm, far = (Detectability(misfit, known, quiet(known, k), chances) for k in (0, 1))
-    one = usual("bias-drift")[0]
+    one, calm, _, _ = usual("bias-drift")
+    _, far, _, _ = usual("bias-drift", wander=1)
     assert (far.seen(one) > 1.2 * calm.seen(one)).all()
 
 

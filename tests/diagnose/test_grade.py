@@ -69,10 +69,10 @@ def test_limits_are_read_from_a_file(tmp_path: Path) -> None:
     [
         (
             "accelerometer = 2",
-            "accelerometer = 2 is no limit; write a number above zero and a unit",
+            "accelerometer = 2 is not a limit; write a number above zero and a unit",
         ),
-        ('gyroscope = "1 mg"', "gyroscope = '1 mg' is no limit"),
-        ('magnetometer = "-1 uT"', "magnetometer = '-1 uT' is no limit"),
+        ('gyroscope = "1 mg"', "gyroscope = '1 mg' is not a limit"),
+        ('magnetometer = "-1 uT"', "magnetometer = '-1 uT' is not a limit"),
         ('barometer = "1 Pa"', "there is no 'barometer'; the keys are grade, accelerometer"),
         ('grade = "toy"', "there is no grade 'toy'; give one of consumer, industrial, tactical"),
         ("grade = [", "is not TOML"),

@@ -182,7 +182,7 @@ def test_a_device_that_only_tumbles_has_a_bench_for_its_magnetometer_alone() -> 
 @pytest.mark.parametrize(
     ("explanations", "says", "warm"),
     [
-        ((("bias-drift",), ("bias-temperature",)), "separates a drift from temperature", True),
+        ((("bias-drift",), ("bias-temperature",)), "to separate a drift from temperature", True),
         ((("bias-drift",), ("current",)), "half of it with the motors on", False),
     ],
 )

@@ -8,6 +8,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.explained_variance import discriminability
 from imucal_wizard.diagnose.random_walk import frame_of
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.diagnose.verdict_text import MIN_WANDERING
 from tests.diagnose.recordings import fitted
 from tests.diagnose.sessions import session
 
@@ -39,6 +40,27 @@ def test_a_wandering_bias_is_noise_for_rotations_too(gyroscope: WhitenedResidual
     drift = frame.across.T @ (moved * np.radians(0.01) / gyroscope.sigma[:, None])
     calm, wandering = ((frame.weights(w) @ drift**2).sum() for w in (0.0, 2.0))
     assert wandering < 0.02 * calm
+
+
+@pytest.mark.parametrize("size", [1.0, 300.0])
+def test_what_follows_the_time_is_told_from_chance_at_any_size(size: float) -> None:
+    """Seats off by 300 times the noise are as far off in the next visit, a walk is not."""
+    misfit, hypotheses = session(design=REPEATED.name)
+    frame, rng = hypotheses.frame, np.random.default_rng(7)
+    minutes = (misfit.time - misfit.time.min()) / 60.0
+    told = []
+    for walks in (False, True):
+        found = []
+        for _ in range(40):
+            steps = rng.normal(size=(len(misfit), 3))
+            if walks:
+                steps *= 20.0 * np.sqrt(np.diff(minutes, prepend=0.0))[:, None]
+                steps = np.cumsum(steps, axis=0)
+            residual = size * ((steps * misfit.direction).sum(axis=1) + rng.normal(size=len(steps)))
+            found.append(frame.wandering(frame.across.T @ residual) > MIN_WANDERING)
+        told.append(np.mean(found))
+    assert told[0] <= 0.05
+    assert told[1] >= 0.9
 
 
 def test_faces_and_edges_show_two_numbers_of_a_characteristic_corners_more() -> None:

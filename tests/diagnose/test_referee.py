@@ -76,7 +76,7 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert wrong is not None
     assert right[1] < min(wrong[1], right[0])
     said = diagnosis_of(benches, bench)
-    assert "that decides for asymmetry" in said.says
+    assert "this decides for asymmetry" in said.says
     assert "gyroscope's closure with this: " in bench_text([said])
     own = bench_document([said])["sensors"]["accelerometer"]
     assert own["gyroscope_closure"]["decided"] == ["even-order"]
@@ -93,7 +93,7 @@ def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
         Benches(*fitted("cross-product:4.9:xyy", rotations=6)), {}, automatic=False
     )
     assert said.verdict is Verdict.UNEXPLAINED
-    assert "speaks against" in said.says
+    assert "contradicts" in said.says
 
 
 def test_without_a_gyroscope_nothing_changes() -> None:

@@ -48,7 +48,7 @@ def noisy(misfit: WhitenedResiduals, whitened: FloatArray) -> WhitenedResiduals:
     found = misfit.minimum
     residual = found.independent.rows(misfit.measured(whitened))
     minimum = replace(found, system=replace(found.system, residual=residual))
-    return replace(misfit, residual=whitened, fit=replace(misfit.fit, minimum=minimum))
+    return replace(misfit, residual=whitened, minimum=minimum)
 
 
 @pytest.mark.parametrize("wander", [0.0, 0.6])

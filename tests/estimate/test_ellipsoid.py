@@ -204,7 +204,7 @@ def test_the_middle_of_an_area_lies_in_it() -> None:
 
 
 def test_a_single_value_is_not_an_outlier() -> None:
-    with pytest.raises(DataError, match="one and the same value"):
+    with pytest.raises(DataError, match="always sends the same value"):
         make_cloud(np.ones((5, 3)))
 
 

@@ -48,7 +48,7 @@ def test_undo_takes_back_the_last_hold_and_asks_for_its_pose_again() -> None:
     before = len(machine.collected().holds)
     rotations = len(machine.collected().rotations)
     events = machine.command("undo")
-    assert texts(events, EventKind.UNDONE) == ["+Y is taken back."]
+    assert texts(events, EventKind.UNDONE) == ["+Y was taken back."]
     assert machine.status().done == ("+x",)
     assert machine.status().wanted == "+y"
     assert len(machine.collected().holds) == before - 1
@@ -86,7 +86,7 @@ def test_undo_of_the_settled_face_keeps_the_noise() -> None:
     device = Device()
     machine = machine_at(StepKind.UP_DOWN, device)
     machine.feed(device.rest(0.5).taken())
-    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+Z is taken back."]
+    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+Z was taken back."]
     assert machine.status().done == ()
     assert machine.status().wanted == "+z"
     assert len(machine.collected().holds) == 1

@@ -166,7 +166,7 @@ def test_where_ten_seconds_of_rest_never_come_the_longest_rest_must_do() -> None
         device.hold(pose, 4.0)
     machine = started()
     events = machine.feed(device.readings())
-    assert "There was no rest of" in texts(events, EventKind.WARNING)[0]
+    assert "No rest lasted" in texts(events, EventKind.WARNING)[0]
     assert machine.status().step is StepKind.UP_DOWN
     assert machine.status().still.motions[0].limit < 6.0
     assert machine.status().done

@@ -34,8 +34,8 @@ def still_life() -> Circumstances:
         ("gyroscope", "bias-step", "shorter than a minute"),
         ("accelerometer", "hysteresis", "different sides"),
         ("accelerometer", "vibration-rectification", "equally quiet"),
-        ("gyroscope", "second-order", "nothing turns"),
-        ("gyroscope", "cross-product", "nothing turns"),
+        ("gyroscope", "second-order", "contain no rotation"),
+        ("gyroscope", "cross-product", "contain no rotation"),
     ],
 )
 def test_what_does_not_vary_is_named(sensor: str, name: str, says: str) -> None:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.catalogue import builtin_effects, effects_for
 from imucal_wizard.model.effect import Circumstances, Effect
-from imucal_wizard.model.lesson import lesson
+from imucal_wizard.model.lesson import lesson, picture
 
 PAIRS = [
     (effect, sensor) for sensor in ("accelerometer", "gyroscope") for effect in effects_for(sensor)
@@ -125,8 +125,14 @@ def test_every_lesson_is_told_in_full(effect: Effect, sensor: str) -> None:
     assert all(len(part) > 20 for part in parts)
     assert len(set(parts)) == len(parts)
     assert effect.parameters(sensor)[0].unit in explained.sizes
-    assert "°" in explained.cost
+    assert "wrong by" in explained.cost
     assert "nan" not in " ".join(parts).replace("°", " ").split()
+
+
+@each
+def test_the_picture_of_a_lesson_shows_the_effect(effect: Effect, sensor: str) -> None:
+    """The base model absorbs no effect whole in an ordinary session; 1e-4 mg or °/s is nothing."""
+    assert np.abs(picture(effect, sensor).y).max() > 1e-4
 
 
 def test_family_members_are_those_of_the_contract() -> None:

@@ -481,7 +481,7 @@ def test_counts_are_refused_where_the_consumer_has_si(tmp_path: Path) -> None:
 
 
 def test_an_unknown_target_is_told_with_those_that_there_are(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="there are " + ", ".join(targets())):
+    with pytest.raises(UsageError, match="give one of " + ", ".join(targets())):
         write_export(calibration(), "betamax", tmp_path / "x")
 
 

@@ -97,7 +97,7 @@ def warnings_of(made: Engine) -> str:
 RNG = np.random.default_rng(1)
 CASES: dict[str, tuple[Spoil, float, str]] = {
     "never there": (lambda *_: None, 5.0, "No numbers (NaN or empty) arrive for the magne"),
-    "one value": (lambda _, values: 0.0 * values + 12.0, 15.0, "sends one and the same value"),
+    "one value": (lambda _, values: 0.0 * values + 12.0, 15.0, "always sends the same value"),
     "a dead axis": (lambda _, v: v * [1.0, 0.0, 1.0], 15.0, "axis y of the magnetometer always"),
     "half a circle": (lambda _, values: values, 6.0, "lie in one plane"),
     "one circle": (lambda _, values: values, 16.0, "urn the device through all"),

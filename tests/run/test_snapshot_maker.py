@@ -89,6 +89,20 @@ def test_the_drawing_turns_with_the_gyroscope_about_the_vertical() -> None:
     np.testing.assert_allclose(attitude.matrix @ [1.0, 0.0, 0.0], [0, 1, 0], atol=1e-9)
 
 
+def test_a_resting_device_is_not_drawn_as_turning_whatever_the_gyroscopes_bias() -> None:
+    """A minute at rest with a bias of 2 °/s, then a quarter turn: the bias turns nothing."""
+    attitude = AttitudeFilter()
+    time, still = np.arange(100) / 100.0, np.tile([0.0, 0.0, 9.8], (100, 1))
+    bias = np.radians([1.0, -0.5, 2.0])
+    for _ in range(60):
+        attitude.feed(_readings(time, still, np.tile(bias, (100, 1))), None, at_rest=True)
+    assert attitude.matrix is not None
+    np.testing.assert_allclose(attitude.matrix, np.eye(3), atol=1e-9)
+    turning = np.tile(bias + np.array([0.0, 0.0, np.pi / 2]), (100, 1))
+    attitude.feed(_readings(time, still, turning), None)
+    np.testing.assert_allclose(attitude.matrix @ [1.0, 0.0, 0.0], [0, 1, 0], atol=1e-9)
+
+
 def test_upside_down_is_drawn_upside_down() -> None:
     attitude = AttitudeFilter()
     time = np.arange(10) / 100.0

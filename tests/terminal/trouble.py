@@ -47,7 +47,7 @@ def _commands(terminal: Terminal) -> None:
     terminal.press(" ")
     terminal.wait_for("2 of 6 done")
     terminal.press("u")
-    terminal.wait_for("is taken back")
+    terminal.wait_for("was taken back")
     terminal.wait_for("1 of 6 done")
     terminal.press("r")
     terminal.wait_for("+X taken, 1 of 6")  # where it lies, it is measured anew

@@ -253,7 +253,7 @@ def rotations_status() -> Status:
         elapsed=400.0,
         instruction="ROTATE ABOUT X",
         act=Act.ROTATE,
-        detail="stop where you like, and be still for 3 s",
+        detail="stop anywhere, then hold still for 3 s",
         still=moving(),
         up=(0.0, 0.7, 0.7),
         progress=(3, 18),
@@ -384,6 +384,7 @@ class FakeServices:
     moved: Callable[[Path], None] = lambda _path: None
     loaded: Callable[[], None] = lambda: None
     calibrations: Callable[[], Sequence[SourceChoice]] = tuple
+    given_recheck: SourceChoice | None = None
     recheck_with: Callable[[Path | None], None] = lambda _calibration: None
     recheck: Callable[[Collected, Snapshot], tuple[Recheck, Calibration, Saved]] = field(
         default=unreachable

@@ -76,11 +76,11 @@ async def test_a_model_changed_after_saving_is_said_and_saved_by_one_key(bent: F
         await shows(pilot, "s saves it")
         await pilot.press("s")
         await until(pilot, lambda: len(written) == 2)
-        await until(pilot, lambda: "another model than" not in seen(pilot))
+        await until(pilot, lambda: "differs from" not in seen(pilot))
     assert written[1] == ("second-order",)
 
 
-BUILT = "No file has this model: accelerometer + second-order."
+BUILT = "This model is not saved: accelerometer + second-order."
 
 
 async def test_leaving_the_bench_asks_about_a_model_that_is_in_no_file(benches: Benches) -> None:
@@ -169,14 +169,14 @@ async def test_a_model_outlives_a_program_that_is_ended_without_a_question(
         cast("BenchApp", pilot.app).leave()  # as a signal does
 
     async def restored(pilot: Pilot[Saved]) -> None:
-        await shows(pilot, "✓ Here again: accelerometer + formula + second-order (")
+        await shows(pilot, "✓ Restored: accelerometer + formula + second-order (")
         await pilot.press("escape")
-        await shows(pilot, "No file has this model: accelerometer + formula +")
+        await shows(pilot, "This model is not saved: accelerometer + formula +")
         await pilot.press("d")
 
     async def given_up(pilot: Pilot[Saved]) -> None:
         await ranked(pilot)
-        assert "Here again" not in seen(pilot)
+        assert "Restored" not in seen(pilot)
 
     await opened(built)
     await opened(restored)

@@ -73,7 +73,7 @@ def test_every_hold_stands_in_the_pictures_with_what_the_fit_left_of_it(
     labels = [view.x_label for view in snapshot.views]
     assert labels[:6] == [
         "force along x, g", "force along y, g", "force along z, g",
-        "pose: 6 faces, 12 edges, 8 corners", "number of the pose", "time, min",
+        "pose: 6 faces, 12 edges, 8 corners", "number of the hold", "time, min",
     ]  # fmt: skip
     for view in snapshot.views[:3]:
         left = snapshot.fit.residuals[view.source] * 1000.0 / 9.80665
@@ -147,6 +147,20 @@ def test_the_first_picture_is_the_one_along_which_the_misfit_runs(axis: str) -> 
         for k, name in enumerate("xyz")
     ]
     assert views[most_telling(views)].name == f"force-{axis}"
+
+
+def test_the_first_picture_of_an_exercise_does_not_name_the_axis(snapshot: BenchSnapshot) -> None:
+    """The bench opens on the plot that explains most, an exercise on the first one."""
+    told, hidden = Selection(), Selection()
+    hidden.hidden = True
+    reversed_views = replace(snapshot, views=snapshot.views[::-1])
+    for selection in (told, hidden):
+        selection.show(reversed_views)
+    opened, first = told.view(), hidden.view()
+    assert opened is not None
+    assert first is not None
+    assert opened.name == snapshot.views[most_telling(snapshot.views)].name
+    assert first.name == reversed_views.views[0].name != opened.name
 
 
 def test_a_plot_against_a_count_ends_in_counts() -> None:
@@ -248,7 +262,7 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     bench.add("second-order")
     rows = " ".join(lines(next_rows(bench_snapshot(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
-    assert "Here it is about 5." in rows
+    assert "The size here is about 5." in rows
 
 
 def test_a_lesson_shows_the_users_own_points_over_its_prediction(snapshot: BenchSnapshot) -> None:

@@ -132,7 +132,7 @@ async def test_the_lesson_tells_what_happens_and_draws_the_signature(
 async def test_tab_changes_the_abscissa_of_the_residuals(benches: Benches) -> None:
     async with app_with(benches).run_test(size=USUAL) as pilot:
         for label in ("force along x", "force along y", "force along z", "pose: 6 faces",
-                      "number of the pose", "time, min", "temperature",
+                      "number of the hold", "time, min", "temperature",
                       "along x in the pose before"):  # fmt: skip
             await shows(pilot, label)
             await pilot.press("tab")
@@ -156,11 +156,11 @@ async def test_the_raw_trace_is_one_key_away_and_closed_by_the_same(benches: Ben
 
 async def test_measurement_stands_beside_the_model_axis_by_axis(benches: Benches) -> None:
     async with app_with(benches).run_test(size=LARGE) as pilot:
-        await shows(pilot, "holds: what is left")
+        await shows(pilot, "holds: |a| − g")
         await pilot.press("a")
         await shows(pilot, "x axis: read beyond the true force: ∘ measured, × model", "⊗")
         await pilot.press("a", "a", "a")
-        await shows(pilot, "holds: what is left")
+        await shows(pilot, "holds: |a| − g")
 
 
 async def test_the_chosen_suspect_is_drawn_against_what_it_would_explain(benches: Benches) -> None:

@@ -141,11 +141,14 @@ async def test_instructions_are_not_repeated_without_new_data() -> None:
 
 
 async def test_the_way_to_continue_is_always_shown() -> None:
-    trouble = "the field has changed and stays changed: remove what came near, or repeat the step"
+    trouble = (
+        "the field has changed permanently: remove the iron or magnet that came near, or repeat "
+        "the step in another place"
+    )
     offers = (Offer("enough", "go on with these samples: the result is less certain"),)
     source = fakes.FakeSource(replace(status(replace(field(), trouble=trouble)), offers=offers))
     async with app_with(source).run_test(size=USUAL) as pilot:
-        await shows(pilot, "stays changed", " g  go on with these samples")
+        await shows(pilot, "changed permanently", " g  go on with these samples")
         await pilot.press("g")
         await until(pilot, lambda: source.commands == [("enough", "")])
 
@@ -161,8 +164,8 @@ def refusals() -> dict[str, Callable[[], object]]:
         "lie in one plane": lambda: check_readings(circle),
         "is not the Earth's": lambda: check_field(48496.0, "uT", None),
         "is saturated": lambda: check_saturation(stuck, inside, np.zeros(3)),
-        "one and the same value": lambda: check_readings(0.0 * circle),
-        "not one constant field": lambda: check_scatter(0.21, 1.0, ball),
+        "always sends the same value": lambda: check_readings(0.0 * circle),
+        "the field is not constant": lambda: check_scatter(0.21, 1.0, ball),
     }
 
 

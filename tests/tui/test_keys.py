@@ -115,14 +115,14 @@ async def test_a_virtual_hand_is_moved_by_keys_that_are_shown_only_then() -> Non
 
 @pytest.mark.parametrize(
     ("step", "says"),
-    [(StepKind.POSES, "fewer directions"), (StepKind.RECHECK, "axes that were not seen")],
+    [(StepKind.POSES, "fewer directions"), (StepKind.RECHECK, "axes that were not measured")],
 )
 async def test_skipping_states_its_consequence_first(step: StepKind, says: str) -> None:
     source = fakes.FakeSource(replace(fakes.poses_status(), step=step, steps=()))
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "s skip step")
         await pilot.press("s")
-        await shows(pilot, says, "⏎ skip it")
+        await shows(pilot, says, "enter skip it")
         await pilot.press("s")  # the key of the first question, pressed twice
         await shows(pilot, says)
         assert source.commands == []

@@ -134,7 +134,7 @@ async def test_a_result_that_cannot_be_written_is_written_to_another_place(tmp_p
         await pilot.press("escape")
         await shows(pilot, "not saved: a.json")
         await pilot.press("q")
-        await shows(pilot, "No file has this model: the calibration.")
+        await shows(pilot, "This model is not saved: the calibration.")
         await pilot.press("s")
         await shows(pilot, "enter writes it")
         app.screen.query_one(Input).value = str(place)

@@ -127,7 +127,7 @@ async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: F
         await pilot.press("enter")
         await shows(pilot, "measure that pose again (m)")
         await pilot.press("n")
-        await shows(pilot, f"hold {number} is accused")
+        await shows(pilot, f"hold {number} was disturbed")
         await pilot.press("m")
         await until(pilot, lambda: bool(source.commands))
     (asked,) = requests_from_text(source.commands[-1][1])

@@ -43,7 +43,7 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
     source = fakes.FakeSource(RESULT)
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
-            pilot, "0.160 mg held out", "limit 2.0 mg", "nothing explains it for sure",
+            pilot, "0.160 mg held out", "limit 2.0 mg", "no explanation is certain",
             "f: find out", "31.4 mg  →", "4.80°  →", "0.619°", "b back", "? help", "q quit",
         )  # fmt: skip
 
@@ -181,7 +181,7 @@ async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) 
 
 def refuse(_collected: object, _snapshot: object) -> FitReport:
     """A fit that the data do not carry."""
-    raise DataError("4 holds do not carry a fit; hold at least 6 poses")
+    raise DataError("4 holds do not determine a fit; hold at least 6 poses")
 
 
 async def test_data_that_determine_no_fit_are_explained_and_more_can_be_measured() -> None:
@@ -189,7 +189,7 @@ async def test_data_that_determine_no_fit_are_explained_and_more_can_be_measured
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
         text = await shows(
-            pilot, "▲ 4 holds do not carry a fit", "Go back to measure more", "b back", "s end"
+            pilot, "▲ 4 holds do not determine a fit", "Go back to measure more", "b back", "s end"
         )
         assert "find missing" not in text, "there is nothing to look into"
         assert "v: validate" not in text
@@ -201,7 +201,7 @@ async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        text = await shows(pilot, "not saved: 4 holds do not carry a fit", "b back")
+        text = await shows(pilot, "not saved: 4 holds do not determine a fit", "b back")
         assert "find what is missing" not in text
         assert "parameters" not in text
         await pilot.press("f", "t")

@@ -56,6 +56,19 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
     assert app.state.saved.status == 1
 
 
+async def test_a_recheck_of_the_command_line_asks_for_the_device_and_shows_its_own_steps() -> None:
+    """No session and no other calibration is offered; what is said is said of a recheck."""
+    listed = (SourceChoice(SourceKind.SESSION, "old.imucal", "resume session of 10:12"),)
+    asked = SourceChoice(SourceKind.RECHECK, "cal.json", "recheck cal.json")
+    services = replace(fakes.services(fakes.FakeSource()), given_recheck=asked)
+    app = WizardApp(replace(services, earlier=lambda: listed), None, None)
+    async with app.run_test(size=USUAL) as pilot:
+        words = "recheck cal.json: where do the samples come from?", "GO or NO-GO", "virtual IMU"
+        text = await shows(pilot, *words, "Settle  Recheck  Verdict")
+        assert "resume session" not in text
+        assert "poses" not in text
+
+
 def test_the_last_line_tells_the_verdict_and_what_to_type_next() -> None:
     plain, go = calibration(), Recheck(RecheckVerdict.GO, 40.0, {}, "")
     named = msgspec.structs.replace(plain, device=Device("IMU 7"))

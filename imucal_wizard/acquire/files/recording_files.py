@@ -330,8 +330,7 @@ def unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     if not needs:
         return RecordingError(
             intake.problem
-            or "there is no line of data in it: no line of numbers or of a known format; record"
-            " again"
+            or "it contains no line of data, neither numbers nor a known format; record again"
         )
     sentences, settings = list(notes), []
     if "columns" in needs or (not setup.columns and not intake.named):

@@ -18,7 +18,7 @@ MIN_RATE_LIMIT_DEG = 0.8
 """°/s; the smallest limit of its mean rate: a drifting bias is not a rotation."""
 COARSE_LIMIT_G = 0.02
 COARSE_RATE_LIMIT_DEG = 1.0
-"""g and °/s; a device that moves more than this is not lying still, whatever its noise."""
+"""g and °/s; a device that moves more than this does not rest, whatever its noise."""
 HAND_HELD_EXCESS = 10.0
 """A hand-held device moves by at most this many times the coarse limits."""
 

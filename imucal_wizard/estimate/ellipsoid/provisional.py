@@ -2,8 +2,8 @@
 
 A flat circle, half a sphere and a whole one go the same way: least squares of the distances under a
 prior that says what iron and sensors do (a soft iron of some ten per cent, a centre within a radius
-of the middle of the readings). What no reading has seen keeps the prior's doubt, so that a sample
-from a new direction is not taken for a disturbance.
+of the middle of the readings). Directions without a reading keep the uncertainty of the prior, so
+that a sample from a new direction is not taken for a disturbance.
 """
 
 from functools import cached_property

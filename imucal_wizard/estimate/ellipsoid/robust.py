@@ -128,7 +128,7 @@ def _concentrate(
     last = np.inf
     for _ in range(rounds):
         if kept.sum() < MIN_QUADRIC_SAMPLES:
-            raise DataError("too few samples of the magnetometer differ from one another")
+            raise DataError("too few distinct samples of the magnetometer")
         theta = algebraic(points[:, kept], basis)
         square = locate(theta, points)[0] ** 2
         chosen = np.argpartition(square, size)[:size]

@@ -64,7 +64,7 @@ def make_cloud(readings: FloatArray) -> Cloud:
     low, high = columns.min(axis=1), columns.max(axis=1)
     span = 0.5 * float((high - low).max())
     if not span > 0.0:
-        raise DataError("the sensor sends one and the same value: it is not there, or asleep")
+        raise DataError("the sensor always sends the same value: it is missing or asleep")
     centre = 0.5 * (low + high)
     columns -= centre[:, None]
     columns /= span
@@ -113,8 +113,8 @@ def positive_root(square: FloatArray) -> FloatArray:
     values, vectors = np.linalg.eigh(square)
     if not values[0] > 1e-9 * values[-1]:
         raise DataError(
-            "no ellipsoid fits the readings: they do not bend on all sides. Turn the device "
-            "through all directions, away from iron and magnets"
+            "no ellipsoid fits the readings: they are not curved in all directions. Turn the "
+            "device through all directions, away from iron and magnets"
         )
     return np.asarray((vectors * np.sqrt(values)) @ vectors.T)
 

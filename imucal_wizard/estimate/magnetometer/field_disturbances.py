@@ -1,4 +1,4 @@
-"""Field disturbances: samples taken while something else than the Earth's field was there.
+"""Field disturbances: samples taken in another field than that of the rest of the session.
 
 Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
 Means over short blocks of time show it far below the noise of a sample, and the scatter within a

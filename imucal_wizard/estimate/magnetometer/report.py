@@ -1,4 +1,4 @@
-"""The magnetometer of a recording, beside whatever the accelerometer and gyroscope gave."""
+"""The fit of a recording's magnetometer, added to the report of the other sensors."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -79,8 +79,7 @@ def fit_during(
         method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
         readings: all samples of the session, for temperature and current.
 
-    Raises:
-        DataError: the step was left out, or what was measured does not carry a calibration.
+    Raises: DataError: the step was left out, or the samples do not determine a calibration.
     """
     if not spans:
         check_readings(series.values)

@@ -162,9 +162,9 @@ def _started(series: Series, cloud: Cloud) -> FieldStart:
         theta = _refined(cloud.points[:, kept], theta, sigma)
     if kept.mean() < MIN_UNDISTURBED:
         raise DataError(
-            f"{100.0 * (1.0 - kept.mean()):.0f} % of the magnetometer's samples do not fit with "
-            "the others: the field changed while the device turned. Measure again, away from iron, "
-            "magnets, loudspeakers and currents"
+            f"{100.0 * (1.0 - kept.mean()):.0f} % of the magnetometer's samples do not agree with "
+            "the others: the field changed while the device turned. Measure again, away from "
+            "iron, magnets, loudspeakers and currents"
         )
     check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
     if not kept.all():
@@ -258,10 +258,13 @@ def determined_model(directions: FloatArray, areas: NDArray[np.intp]) -> FieldMo
     advice = "Turn the device with each of its six faces up, a whole circle each"
     upright = (*BIAS, *SCALE)
     if amplification(seen, basis_of(upright)).max() <= MAX_FIELD_AMPLIFICATION:
-        why = f"{len(seen)} directions do not carry the off-diagonal soft iron: left at zero. "
+        why = (
+            f"{len(seen)} directions do not determine the off-diagonal soft iron: it is left at "
+            "zero. "
+        )
         return FieldModel(upright, ("bias", "scale"), CROSS_NAMES, why + advice)
     if amplification(seen, basis_of(BIAS, common_scale=True)).max() <= MAX_BIAS_AMPLIFICATION:
-        why = f"{len(seen)} directions carry the hard iron only: the soft iron is left out. "
+        why = f"{len(seen)} directions determine the hard iron only: the soft iron is left out. "
         return FieldModel(BIAS, ("bias",), CROSS_NAMES, why + advice)
     raise DataError(
         f"the readings cover {len(seen)} of {BINS} directions, too few for a calibration. {advice}"

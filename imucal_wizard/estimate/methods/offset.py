@@ -1,9 +1,9 @@
-"""The gyroscope's offset from several still positions, and nothing else of it (N, VIII).
+"""The gyroscope's offset from several still positions, without scale or axes (N, VIII).
 
 Every position counts once, however long it was held, unless the device moved in it: what differs
 between positions (temperature, the pull of gravity) is more than the noise within one. Scale and
-axes stay nominal. How well it is known says the scatter between positions, and what slow noise and
-rounding do to all of them alike.
+axes stay nominal. Its standard error follows from the scatter between positions, and from slow
+noise and rounding, which all positions share.
 """
 
 from collections.abc import Sequence

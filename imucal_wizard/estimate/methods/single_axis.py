@@ -194,8 +194,8 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
         held_out_interval=None,
         not_held_out=""
         if out is not None
-        else f"the {method} approach needs every rotation there is about {', '.join(needed)}, so "
-        "none could be left out to check it: add some",
+        else f"the {method} approach needs every rotation about {', '.join(needed)}, so none "
+        "could be left out to check it: add some",
         residuals=np.linalg.norm(closure, axis=1),
         held_out=None if out is None else np.linalg.norm(out, axis=1),
         covariance=None,

@@ -9,8 +9,8 @@ and step 2 fits ``W⁻²`` to the samples about its centre,
 
     d·W⁻² d = S²,    d = S_p − V₀
 
-(eq. 8 writes B where S² is meant). What step 1 errs where the ellipsoid is no sphere, step 2 cannot
-repair.
+(eq. 8 writes B where S² is meant). Step 2 cannot correct the error that step 1 makes if the
+ellipsoid is not a sphere.
 """
 
 import numpy as np

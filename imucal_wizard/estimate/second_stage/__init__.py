@@ -1,1 +1,1 @@
-"""N's second calibration level: what two sensors say of each other that none says of itself."""
+"""N's second calibration level: parameters that only two sensors together determine."""

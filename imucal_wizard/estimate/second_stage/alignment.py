@@ -31,7 +31,7 @@ from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.distributions import exceeded
 
 LARGEST_ANGLE_ERROR = np.radians(5.0)
-"""Standard error of an angle beyond which the positions do not carry the rotation."""
+"""Standard error of an angle beyond which the positions do not determine the rotation."""
 DIP_UNKNOWNS = 4
 """Three angles and the dip."""
 MIN_ALIGNED_POSITIONS = 6
@@ -134,8 +134,8 @@ def align(
             calibration, shape (n, 3, k).
         up_modes: the same of ``up`` and the l modes of the accelerometer's, shape (n, 3, l).
 
-    Raises:
-        DataError: too few positions, or positions that do not carry the rotation, or leave two.
+    Raises: DataError: too few positions, or positions that do not determine the rotation, or leave
+        two.
     """
     if len(up) < MIN_ALIGNED_POSITIONS:
         raise DataError(
@@ -381,6 +381,6 @@ def refuse_two(up: FloatArray, field: FloatArray, best: End, others: Sequence[En
 
 
 _BLIND = (
-    "the still positions do not carry the rotation between magnetometer and accelerometer: hold "
-    "the device still with each of its faces up, and turned about the vertical in between"
+    "the still positions do not determine the rotation between magnetometer and accelerometer: "
+    "hold the device still with each of its faces up, and rotate it about the vertical in between"
 )

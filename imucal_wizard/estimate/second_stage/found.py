@@ -1,4 +1,4 @@
-"""What the second stage found, as report, JSON and text show it."""
+"""The result of the second stage, as report, JSON and text show it."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -37,7 +37,7 @@ def with_second_stage(
 ) -> FitReport:
     """The report with the magnetometer in the accelerometer's frame and what follows from it.
 
-    Where the still positions do not carry the alignment the report stays as it is but for a note.
+    If the still positions do not determine the alignment, the report only gains a note.
 
     Args:
         report: of each sensor by itself.

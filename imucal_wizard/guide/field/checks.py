@@ -71,8 +71,8 @@ def lasting(seconds: float) -> str:
     if seconds < LASTING_SECONDS:
         return ""
     return (
-        "the field has changed and stays changed: remove what came near, or repeat the step in "
-        "another place"
+        "the field has changed permanently: remove the iron or magnet that came near, or repeat "
+        "the step in another place"
     )
 
 
@@ -102,7 +102,7 @@ def _check(survey: Survey, unit: str, *, flat: bool) -> None:
         check_readings(readings)
         if fit is None:
             raise missing_shell(readings) or DataError(
-                "the magnetometer's readings are of no field"
+                "the magnetometer's readings are not those of a constant field"
             )
     if fit is None or survey.worst > MAX_SHOWN_DOUBT:
         return

@@ -158,7 +158,10 @@ class DirectionsStage:
         done, wanted = self.tally
         context.emit(EventKind.HOLD_TAKEN, f"{found.label} taken, {done:.0f} of {wanted:.0f}.")
         if found.warm and self._cold(kept):
-            text = f"It was hardly warmer than before ({kept.hold.temperature:.0f} °C)."
+            text = (
+                f"The temperature was only {kept.hold.temperature:.0f} °C. Warm the device and "
+                "repeat this pose."
+            )
             context.emit(EventKind.WARNING, text)
 
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
@@ -168,7 +171,9 @@ class DirectionsStage:
         if pose is not None:
             kept.ticks[StepKind.POSES] = pose
             kept.hold = replace(kept.hold, pose=pose)
-            self._context.emit(EventKind.HOLD_TAKEN, f"{label(pose)} is among the poses.")
+            self._context.emit(
+                EventKind.HOLD_TAKEN, f"{label(pose)} also counts as one of the poses."
+            )
 
     def _cold(self, kept: KeptHold) -> bool:
         holds = (one.hold.temperature for one in self._context.measurements.holds)
@@ -179,8 +184,7 @@ class DirectionsStage:
     def _refuse(self, up: FloatArray | None) -> None:
         if up is None:
             text = (
-                "The accelerometer reads almost nothing here: is an axis dead, or its unit wrong? "
-                "Check the values in the source step."
+                "The accelerometer reads almost nothing here. Check its values in the source step."
             )
         else:
             target = min(self.targets, key=lambda one: one.away(up))
@@ -330,7 +334,13 @@ class ValidationStage(DirectionsStage):
         if up is None or near is not None:
             context.measurements.remove(kept)
             where = "" if near is None else f"Held only {near:.0f}° from a pose already taken."
-            context.emit(EventKind.WRONG_POSE, where or "No direction is seen here.")
+            context.emit(
+                EventKind.WRONG_POSE,
+                where
+                or "The accelerometer reads almost nothing "
+                "here. Check its values in the source "
+                "step.",
+            )
             return
         kept.hold = replace(kept.hold, pose=nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG))
         self._choose()
@@ -360,7 +370,7 @@ class ValidationStage(DirectionsStage):
         status, up = super().view(), self._context.up
         return replace(
             status,
-            detail=f"{status.detail}; any new one will do"
+            detail="any other new orientation counts too"
             if status.act is Act.POSE
             else status.detail,
             recognised=None if up is None else nearest_pose(up, DIRECTIONS, POSE_TOLERANCE_DEG),

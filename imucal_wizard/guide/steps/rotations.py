@@ -114,7 +114,7 @@ class RotationJudge:
             return self._strayed(share, before, after, axis)
         angle = self._angle(motion, before, after, axis)
         if angle is None:
-            return f"{axis} was upright at the end"
+            return f"{axis} pointed up or down at the end"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
             return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
@@ -366,7 +366,7 @@ class RotationsStage:
                 status,
                 act=Act.ROTATE,
                 instruction=rotate,
-                detail=f"stop where you like, and be still {seconds}",
+                detail=f"stop anywhere, then hold still {seconds}",
             )
         if up is not None and not self._judge.poised(up, axis):
             x, y, z = DIRECTIONS[start].tolist()
@@ -374,20 +374,20 @@ class RotationsStage:
                 status,
                 act=Act.POSE,
                 instruction=turn_up(start),
-                detail=f"{axis} must lie level, so that gravity shows it",
+                detail=f"{axis} must be level, so that gravity shows the rotation",
                 wanted=start,
                 aim=(x, y, z),
                 off_by=math.degrees(angle_between(up, DIRECTIONS[start])),
             )
         ready = context.start is not None and context.still and context.held >= self.seconds
         if not ready:
-            detail = f"{seconds}; then comes the rotation about {axis}"
+            detail = f"{seconds}; the rotation about {axis} follows"
             return replace(status, act=Act.HOLD, instruction=HOLD_STILL, detail=detail)
         return replace(
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; this is the best",
+            detail="any angle and speed will do; these improve the fit most",
         )
 
     def _rotation(self) -> RotationStatus:

@@ -84,7 +84,7 @@ class Settling:
         if typical is None:
             return ""
         if self._calmer(typical):
-            return "the device has just become calm"
+            return "the device has just come to rest"
         step_a, step_g = self._resolution.steps
         floor_a = np.maximum(step_a, MAX_DRIFT_G * one_g / 3.0)
         limit = np.maximum(JUMP_FACTOR * typical.std_a, floor_a)
@@ -240,7 +240,7 @@ class SettleStage:
         self.finished = True
         context.emit(
             EventKind.WARNING,
-            f"There was no rest of {self.seconds:.0f} s: the noise is that of the longest rest, "
+            f"No rest lasted {self.seconds:.0f} s. The noise is that of the longest rest: "
             f"{context.units.noise_text(noise)}.",
         )
         return True

@@ -1,4 +1,4 @@
-"""Gyroscope that feels products of two force components."""
+"""Sensitivity of a gyroscope to products of two force components."""
 
 from collections.abc import Mapping
 
@@ -31,7 +31,7 @@ class Anisoelastic(ForceEffect):
     sensors = (GYROSCOPE,)
     against = "force"
     kind = "orientation"
-    title = "the rate follows products of two force components"
+    title = "sensitivity of the rate to products of two forces"
     equation = "ε_i = Σ Aᵢⱼₖ f_j f_k"
     order = 3
     size = Size(
@@ -44,18 +44,20 @@ class Anisoelastic(ForceEffect):
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The springs that carry the vibrating mass are not equally stiff in all "
-            "directions. A force along one direction moves the mass a little to the side, where a "
-            "force along another one turns it: the error is the product of both.",
+            "directions. A force along one direction displaces the mass sideways, and a force "
+            "along a second direction then exerts a torque on it. The error is proportional to "
+            "the product of both forces.",
             equation="error on an axis = sum over pairs of axes of coefficient × force on one × "
             "force on the other",
-            signature="The readings at rest are right at all faces and wrong on edges, with "
-            "opposite signs on neighbouring edges around an axis.",
+            signature="The readings at rest are correct with a face on top and wrong with an edge "
+            "on top, with opposite signs on neighbouring edges around an axis.",
             needs="Still poses on edges or corners. Faces alone do not show it.",
             remedy="Add the term and apply it with the accelerometer's force. On a vibrating "
-            "device, damp the mounting as well: a product of vibrations in phase does not average "
-            "out.",
-            confirm="Hold the resting device with the force between two axes, then at the mirrored "
-            "edge: the mean rates differ by twice the error. Faces lie half way.",
+            "device, damp the mounting as well: the product of two vibrations in phase does not "
+            "average to zero.",
+            confirm="Rest the device with the force between two axes, then on the mirrored edge: "
+            "the mean rates differ by twice the error. The mean rates on the faces lie half way "
+            "between them.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes "
             "(acceleration-squared-sensitive drift, cross terms).",
         ),

@@ -47,30 +47,30 @@ class Asymmetry(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="A push from one side is measured with a slightly larger gain than a push from "
-            "the other: two springs, two electrode gaps or two halves of an amplifier that are "
-            "not alike.",
-            equation="error on an axis = coefficient × size of the force on that axis, whatever "
-            "its sign",
-            signature="Much like the second-order term: opposite signs at opposite faces. The "
-            "difference is a kink where the axis is level, instead of a smooth bend.",
+            what="The gain for a force in one direction is slightly larger than the gain for the "
+            "opposite force, because two springs, two electrode gaps or two halves of an "
+            "amplifier differ.",
+            equation="error on an axis = coefficient × magnitude of the force on that axis",
+            signature="The residual resembles that of the second-order term: opposite signs at "
+            "opposite faces. Where the axis is level, the curve has a kink instead of a smooth "
+            "bend.",
             needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
-            "Even so, 1 g hardly distinguishes it from the second-order term. The bench says "
-            "whether it matters for the up direction which of the two is taken.",
-            remedy="Add the term and apply it. The second-order term takes most of the same error.",
+            "At 1 g it can hardly be distinguished from the second-order term. The bench states "
+            "whether the choice between the two changes the up direction.",
+            remedy="Add the term and apply it. The second-order term corrects most of the same "
+            "error.",
             confirm="Tilt the axis through level in steps of a few degrees on a dividing head: the "
             "slope of the reading changes at zero.",
             source="IEEE Std 1293, model equation of linear accelerometers (scale factor "
             "asymmetry).",
         ),
         GYROSCOPE: Story(
-            what="A turn to the left is measured with a slightly larger gain than a turn to the "
-            "right.",
-            equation="error on an axis = coefficient × size of the rate, whatever its sense",
-            signature="Turns in one sense come out too large, in the other too small, by the same "
-            "share of the angle at any speed.",
-            needs="Turns in both senses. Three speeds or more, to separate it from the "
-            "second-order term, which grows with the speed.",
+            what="The gain for positive rates differs slightly from the gain for negative rates.",
+            equation="error on an axis = coefficient × magnitude of the rate about that axis",
+            signature="Rotations in one sense are measured too large and those in the other sense "
+            "too small, by the same share of the angle at any speed.",
+            needs="Rotations in both senses, at three speeds or more: the second-order term grows "
+            "with the speed, the asymmetry does not.",
             remedy="Add the term and apply it: it gives each sense its own gain.",
             confirm="Turn the sensor on a rate table at one rate in both senses, and at a second "
             "rate: the gains of the two senses differ by the same share at both rates.",

@@ -1,4 +1,4 @@
-"""Gyroscope axis whose samples are late."""
+"""Delay of one gyroscope axis."""
 
 from collections.abc import Mapping
 
@@ -40,25 +40,26 @@ class AxisDelay(Effect):
     sensors = (GYROSCOPE,)
     family = "even-order"
     kind = "orientation"
-    title = "one axis is late"
+    title = "delay of one axis"
     equation = "y_i(t) = w_i(t − τ_i)"
     order = 13
     aliases = ("cross-product",)
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="The three axes are read one after the other, or one has a filter of its own: "
-            "the samples that are stored as one moment belong to different moments.",
-            equation="reading of an axis now = rate about that axis some milliseconds ago",
-            signature="Turns about one sensor axis alone close; turns about a tilted axis and "
-            "turns that wobble end in the wrong direction, the more the faster they are.",
-            needs="Fast rotations about tilted axes, from rest to rest. There a late axis is "
-            "exactly a cross-axis product with two equal coefficients, and a delay that all axes "
-            "share cannot be seen.",
-            remedy="Read all axes in one burst and give them the same filter, or shift the samples "
-            "of the late axis by the delay before use. The term mends the attitude after each "
-            "motion.",
-            confirm="Shake the device about a tilted axis and correlate the axes: the late one "
-            "follows the others by the delay at every frequency, a cross product does not.",
+            what="The three axes are sampled one after the other, or one axis has a filter of its "
+            "own. Values that are stored with one time stamp then belong to different times.",
+            equation="reading of an axis = rate about that axis some milliseconds earlier",
+            signature="Rotations about a single sensor axis close. Rotations about a tilted axis, "
+            "and rotations that wobble, end in a wrong direction; the error grows with the speed.",
+            needs="Fast rotations about tilted axes, from rest to rest. In such data a late axis "
+            "is equivalent to a cross-axis product with two equal coefficients, and a delay that "
+            "all axes share cannot be seen.",
+            remedy="Read all axes in one burst and give them the same filter, or shift the "
+            "samples of the late axis by the delay before use. The term corrects the attitude "
+            "after each motion.",
+            confirm="Shake the device about a tilted axis and correlate the axes: the late axis "
+            "lags behind the others by the same delay at every frequency, which a cross-axis "
+            "product does not do.",
             source="Savage, Strapdown inertial navigation integration algorithm design (1998), "
             "pseudo-coning by unequal delays of the axes.",
         ),

@@ -1,4 +1,4 @@
-"""Bias that wanders with time."""
+"""Drift of the bias with time."""
 
 from collections.abc import Mapping
 
@@ -31,7 +31,7 @@ class BiasDrift(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
-    title = "bias drifts with time"
+    title = "drift of the bias with time"
     equation = "ε_i = dᵢ (t − t₀)"
     order = 31
     sizes: Mapping[str, Size] = {
@@ -59,47 +59,49 @@ class BiasDrift(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Stress relaxes, charge gathers on the electrodes, the supply voltage sinks: the "
-            "zero moves a little every minute. Slow noise does the same for a while, without any "
-            "law behind it.",
+            what="Stress relaxes, charge accumulates on the electrodes, or the supply voltage "
+            "falls: the bias changes a little every minute. Slow noise can look the same for a "
+            "while, but follows no law.",
             equation="error on an axis = coefficient × (time − middle of the session)",
-            signature="The same pose reads differently later; residuals open like a fan from the "
-            "middle of the session to both ends.",
-            needs="The same poses early, in the middle and late. Without repeats it cannot be "
-            "separated from temperature or warm-up, and slow noise alone can look like it.",
-            remedy="Take the bias anew before use, with a few poses. Do not apply the slope "
-            "outside the session: it seldom goes on.",
-            confirm="Leave the device untouched at a steady temperature for an hour: the reading "
-            "moves on steadily. If it wanders to and fro, it is slow noise.",
+            signature="The same pose reads differently later. The residuals of the poses spread "
+            "like a fan from the middle of the session to both ends.",
+            needs="The same poses early, in the middle and late. Without repeats the drift cannot "
+            "be separated from temperature or warm-up, and slow noise alone can look like it.",
+            remedy="Measure the bias again before use, with a few poses. Do not apply the slope "
+            "outside the session: it seldom continues.",
+            confirm="Leave the device untouched at a steady temperature for an hour: a drift "
+            "changes the reading steadily in one direction; slow noise lets it wander in both.",
             source="IEEE Std 528, inertial sensor terminology (drift rate); Allan variance in IEEE "
             "Std 952, annex C.",
         ),
         GYROSCOPE: Story(
-            what="The zero of the rate moves a little every minute: ageing drive, sinking supply, "
-            "or slow noise that follows no law.",
+            what="The bias of the rate changes a little every minute, because the drive ages or "
+            "the supply voltage falls. Slow noise can look the same for a while, but follows no "
+            "law.",
             equation="error on an axis = coefficient × (time − middle of the session)",
-            signature="The readings at rest climb or fall steadily, in every pose alike.",
+            signature="The readings at rest rise or fall steadily, by the same amount in every "
+            "pose.",
             needs="Still poses over the whole session at a steady temperature.",
-            remedy="Take the mean rate at rest anew before each use. Do not apply the slope "
-            "outside the session: it seldom goes on.",
-            confirm="Leave the device at rest at a steady temperature for an hour: the rate moves "
-            "on steadily. If it wanders to and fro, it is slow noise.",
+            remedy="Measure the mean rate at rest again before each use. Do not apply the slope "
+            "outside the session: it seldom continues.",
+            confirm="Leave the device at rest at a steady temperature for an hour: a drift "
+            "changes the rate steadily in one direction; slow noise lets it wander in both.",
             source="IEEE Std 528, inertial sensor terminology (drift rate); Allan variance in IEEE "
             "Std 952, annex C.",
         ),
         MAGNETOMETER: Story(
-            what="The iron of the board takes on the field it lies in, a battery empties and its "
-            "currents change, the amplifier's zero ages: hard iron that moves a little every "
-            "minute.",
+            what="The iron of the board becomes magnetised by the field around it, the currents "
+            "change as the battery empties, or the offset of the amplifier ages: the hard iron "
+            "changes a little every minute.",
             equation="error on an axis = coefficient × (time − middle of the session)",
-            signature="The same direction reads differently later: the ellipsoid wanders, and the "
-            "residuals open like a fan from the middle of the session to both ends.",
-            needs="Whole circles early and late. Without them it cannot be separated from "
-            "temperature, and a room whose field changes looks like it.",
+            signature="The same direction reads differently later. The ellipsoid moves, and the "
+            "residuals spread like a fan from the middle of the session to both ends.",
+            needs="Whole circles early and late. Without them the drift cannot be separated from "
+            "temperature. A change of the field in the room looks the same.",
             remedy="Calibrate again before use. If the battery or a current is the cause, move it "
             "away from the chip.",
-            confirm="Leave the device untouched for half an hour, and a second magnetometer beside "
-            "it: if both move, the room's field changes.",
+            confirm="Leave the device untouched for half an hour, with a second magnetometer "
+            "beside it: if both readings change, the field in the room changes.",
             source="IEEE Std 528, inertial sensor terminology (drift rate).",
         ),
     }

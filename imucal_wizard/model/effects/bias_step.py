@@ -1,4 +1,4 @@
-"""Bias that jumps once."""
+"""Step of the bias."""
 
 from collections.abc import Mapping
 
@@ -32,7 +32,7 @@ class BiasStep(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
-    title = "bias jumps once"
+    title = "step of the bias"
     equation = "ε_i = Bᵢ from the moment on"
     order = 33
     sizes: Mapping[str, Size] = {
@@ -53,29 +53,31 @@ class BiasStep(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="A bump, a fall or a tightened screw strains the package, and the proof mass "
-            "rests elsewhere ever after; or a power dip resets an offset inside the chip.",
-            equation="error on an axis = 0 before the moment, the same size ever after",
-            signature="Over time the residuals of a face stand on one level, jump between two "
-            "holds, and stand on another.",
-            needs="Repeated poses before and after. If somebody remembers the bump, that is worth "
-            "more than statistics: calibrate again from there on.",
+            what="A bump, a fall or a tightened screw strains the package, and the rest position "
+            "of the proof mass changes. A power dip that resets an offset inside the chip has the "
+            "same effect.",
+            equation="error on an axis = 0 before the step, constant after it",
+            signature="Plotted over time, the residuals of a face stay at one level, jump between "
+            "two holds, and stay at another level.",
+            needs="Repeated poses before and after the step. If you know when the device was "
+            "bumped, calibrate again with the holds after that time.",
             remedy="Calibrate again from the holds after the step, and find its cause: a loose "
-            "board, a screw, a power dip. The calibration before the step no longer holds.",
-            confirm="Hold the first poses again: they repeat the later readings, not the first "
-            "ones.",
+            "board, a screw, a power dip. A calibration from before the step is no longer valid.",
+            confirm="Hold the first poses again: their readings agree with those after the step, "
+            "not with the first ones.",
             source="IEEE Std 528, inertial sensor terminology (bias repeatability).",
         ),
         GYROSCOPE: Story(
-            what="A bump strains the package, or a power dip resets an offset inside the chip: the "
-            "zero of the rate is another one ever after.",
-            equation="error on an axis = 0 before the moment, the same size ever after",
-            signature="The readings at rest stand on one level, jump between two holds, and stand "
-            "on another.",
-            needs="Three still poses or more on either side of the jump.",
-            remedy="Take the mean rate at rest anew, and find the cause of the step: a bump, a "
-            "loose board, a power dip.",
-            confirm="Let the device rest once more: it repeats the later rate, not the first one.",
+            what="A bump strains the package, or a power dip resets an offset inside the chip: "
+            "from then on the bias of the rate is different.",
+            equation="error on an axis = 0 before the step, constant after it",
+            signature="The readings at rest stay at one level, jump between two holds, and stay "
+            "at another level.",
+            needs="At least three still poses on each side of the step.",
+            remedy="Measure the mean rate at rest again, and find the cause of the step: a bump, "
+            "a loose board, a power dip.",
+            confirm="Rest the device once more: the mean rate agrees with that after the step, "
+            "not with the first one.",
             source="IEEE Std 528, inertial sensor terminology (bias repeatability).",
         ),
     }

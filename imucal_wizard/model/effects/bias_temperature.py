@@ -30,7 +30,7 @@ class BiasTemperature(BiasEffect):
     family = "slow-bias"
     against = "temperature"
     kind = "time"
-    title = "bias follows the temperature"
+    title = "temperature coefficient of the bias"
     equation = "ε_i = b₁ᵢ (T − T₀)"
     order = 30
     sizes: Mapping[str, Size] = {
@@ -58,53 +58,58 @@ class BiasTemperature(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Silicon, glue and package grow by different amounts when they get warm. The "
-            "stress bends the die, and the proof mass rests a little elsewhere: the zero moves.",
+            what="Silicon, glue and package expand by different amounts when they warm up. The "
+            "stress bends the die, the rest position of the proof mass moves, and the bias "
+            "changes.",
             equation="error on an axis = coefficient × (temperature − mean temperature of the "
             "session)",
-            signature="The same pose reads differently when warm. Over the temperature the "
-            "residual is a straight line, up at one face of the axis and down at the other.",
-            needs="A swing of 10 °C or more that does not merely run along with time: repeat poses "
-            "after warming the device and again after cooling. In a single warm-up it looks like "
-            "a drift.",
+            signature="The same pose reads differently when warm. Plotted over the temperature, "
+            "the residual is a straight line that rises at one face of the axis and falls at the "
+            "other.",
+            needs="A temperature change of 10 °C or more that is not proportional to time: repeat "
+            "poses after warming the device and again after cooling it. In a single warm-up the "
+            "effect looks like a drift.",
             remedy="Add the term and apply it with the sensor's own temperature, or let the device "
             "reach its operating temperature and calibrate there.",
             confirm="Leave the device untouched in one pose, warm it by 10 °C and let it cool "
-            "again: the reading follows the temperature both ways, on the same line.",
+            "again: while the device warms and while it cools, the reading lies on the same line "
+            "over the temperature.",
             source="IEEE Std 1293, model equation of linear accelerometers (temperature "
             "coefficients); Martínez and others, Sensors 21 (2021) 3117.",
         ),
         GYROSCOPE: Story(
-            what="Warmth changes the stiffness and the damping of the vibrating structure, and "
-            "with them the small part of the drive motion that leaks into the read-out: the zero "
-            "moves.",
+            what="The temperature changes the stiffness and the damping of the vibrating "
+            "structure, and thereby the small part of the drive motion that leaks into the "
+            "read-out: the bias changes.",
             equation="error on an axis = coefficient × (temperature − mean temperature of the "
             "session)",
-            signature="The readings at rest run along a straight line over the temperature, in "
-            "every pose alike.",
+            signature="Plotted over the temperature, the readings at rest lie on a straight line, "
+            "which is the same in every pose.",
             needs="Still poses at temperatures 10 °C or more apart, warm and cold in turn. In a "
-            "single warm-up it looks like a drift.",
-            remedy="Add the term and apply it with the sensor's own temperature, or take the mean "
-            "rate at rest anew before each use.",
-            confirm="Leave the device at rest, warm it by 10 °C and let it cool again: the rate "
-            "follows the temperature both ways, on the same line.",
+            "single warm-up the effect looks like a drift.",
+            remedy="Add the term and apply it with the sensor's own temperature, or measure the "
+            "mean rate at rest again before each use.",
+            confirm="Leave the device at rest, warm it by 10 °C and let it cool again: while the "
+            "device warms and while it cools, the rate lies on the same line over the temperature.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (temperature "
             "coefficients).",
         ),
         MAGNETOMETER: Story(
-            what="The bridge of magnetic film changes its resistance with warmth, its four arms "
-            "not quite alike, and so does the amplifier: the zero moves.",
+            what="The resistance of the magnetoresistive bridge changes with temperature, by "
+            "slightly different amounts in its four arms, and the offset of the amplifier changes "
+            "too: the bias moves.",
             equation="error on an axis = coefficient × (temperature − mean temperature of the "
             "session)",
-            signature="The same direction reads differently when warm; over the temperature the "
-            "residuals of one direction lie on a straight line.",
+            signature="The same direction reads differently when warm. Plotted over the "
+            "temperature, the residuals of one direction lie on a straight line.",
             needs="Whole circles at temperatures 10 °C or more apart, warm and cold in turn. In a "
-            "single warm-up it looks like a drift.",
+            "single warm-up the effect looks like a drift.",
             remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
             "the operating temperature. Many chips can set and reset their film, which removes "
             "most of it.",
-            confirm="Leave the device untouched, warm it by 10 °C and let it cool again: the field "
-            "follows the temperature both ways. A room whose field changes does not.",
+            confirm="Leave the device untouched, warm it by 10 °C and let it cool again: the "
+            "reading follows the temperature while the device warms and while it cools. A change "
+            "of the field in the room does not follow it.",
             source="Data sheets of magnetoresistive sensors: offset temperature coefficient, set "
             "and reset.",
         ),

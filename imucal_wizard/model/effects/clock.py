@@ -1,4 +1,4 @@
-"""Clock whose rate changes."""
+"""Drift of the sample clock."""
 
 from collections.abc import Mapping
 
@@ -40,26 +40,25 @@ class Clock(Effect):
     family = "slow-scale"
     against = "time"
     kind = "time"
-    title = "clock that speeds up or slows down"
+    title = "drift of the sample clock"
     equation = "ε_i = c (t − t₀) w_i"
     order = 39
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="The oscillator that times the samples warms up or ages. If seconds become "
-            "longer, every angle, which is rate times seconds, comes out too small, about all axes "
-            "by the same share.",
+            what="The frequency of the oscillator that times the samples changes as it warms up "
+            "or ages. If its second is too long, every integrated angle is too small, by the same "
+            "share about all axes.",
             equation="error on an axis = coefficient × (time − middle of the session) × rate about "
             "that axis, the same coefficient for all axes",
-            signature="Early rotations end too far and late ones too short, or the other way "
-            "round, by the same share about every axis and in both senses.",
+            signature="Early rotations are measured too large and late ones too small, or vice "
+            "versa, by the same share about every axis and in both senses.",
             needs="Rotations about all axes early and late. A clock that is wrong by a constant "
-            "share is exactly a scale error and cannot be seen; scale factors of three axes that "
-            "follow the temperature by the same coefficient look the same while the temperature "
-            "only rises.",
+            "share is equivalent to a scale error and cannot be seen. While the temperature only "
+            "rises, three scale factors with the same temperature coefficient look the same.",
             remedy="Use the sensor's own sample counter or time stamps with a better clock, let "
             "the device warm up first, or add the term.",
-            confirm="Count the samples of a quarter of an hour against a clock that is known to "
-            "be right, once cold and once warm: the sampling rate differs by that share.",
+            confirm="Count the samples in a quarter of an hour of an accurate clock, once cold "
+            "and once warm: the sampling rate differs by the same share.",
             source="IEEE Std 1139, frequency stability; data sheets of sensors with an RC or PLL "
             "oscillator state its drift with temperature.",
         ),

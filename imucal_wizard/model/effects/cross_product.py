@@ -58,32 +58,34 @@ class CrossProduct(Effect):
     aliases = ("axis-delay",)
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="A proof mass pushed aside along one direction answers to another with a changed "
-            "gain: its beams twist, its electrodes overlap a little less.",
+            what="A force along one direction displaces the proof mass. Its beams twist and its "
+            "electrodes overlap a little less, so the gain for a force along a second direction "
+            "changes.",
             equation="error on an axis = coefficient × force on one axis × force on another",
-            signature="The product of two axes is there on edges and not at faces; the fit meets "
-            "it half way with a bias, so that faces and edges end up with opposite errors. The "
-            "product of all three shows at corners only, its sign changing from each to the next.",
-            needs="Edges, and all eight corners: without corners the product of all three is never "
-            "seen. Several coefficients stand for the same residual, so only their sum is real.",
+            signature="The product of two axes acts on edges and is zero at faces. The fit "
+            "absorbs half of it as a bias, so faces and edges keep opposite errors. The product "
+            "of all three axes appears at corners only, with opposite signs at adjacent corners.",
+            needs="Edges, and all eight corners: without corners the product of all three axes "
+            "cannot be seen. Several coefficients cause the same residual, so only their sum is "
+            "determined.",
             remedy="Add the term and apply the sum. Do not read single coefficients as properties "
-            "of the sensor: other sets give the same readings at 1 g.",
+            "of the sensor: other sets of coefficients give the same readings at 1 g.",
             confirm="Measure on a centrifuge with the force between +x and +y, then between +x "
-            "and −y: the part of the error by x·y changes its sign.",
+            "and −y: the part of the error proportional to x·y changes its sign.",
             source="IEEE Std 1293, model equation of linear accelerometers (cross-coupling "
             "coefficients).",
         ),
         GYROSCOPE: Story(
-            what="A turn about one axis moves the vibrating mass a little, so that a turn about "
-            "another is read out with a changed gain.",
+            what="A rotation about one axis displaces the vibrating mass a little, which changes "
+            "the gain for a rotation about a second axis.",
             equation="error on an axis = coefficient × rate about one axis × rate about another",
-            signature="Only turns about a tilted axis show it: the same turn about one sensor axis "
-            "alone is right.",
-            needs="Turns about axes half way between two sensor axes, in both senses and at "
+            signature="Only rotations about a tilted axis show the error; rotations about a "
+            "single sensor axis are correct.",
+            needs="Rotations about axes half way between two sensor axes, in both senses and at "
             "different speeds.",
-            remedy="Add the term and apply it, if the device turns about tilted axes in use.",
+            remedy="Add the term and apply it, if the device rotates about tilted axes in use.",
             confirm="Mount the sensor with the axis of a rate table between +x and +y, then "
-            "between +x and −y: the part of the error by x·y changes its sign.",
+            "between +x and −y: the part of the error proportional to x·y changes its sign.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes.",
         ),
     }

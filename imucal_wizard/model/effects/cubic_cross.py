@@ -51,25 +51,26 @@ class CubicCross(Effect):
     aliases = ("third-order",)
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="A force across the axis bends the beams that guide the proof mass, to either "
-            "side alike, and stiffens or softens them: the gain of the axis changes with the "
-            "square of the other axis's force. Beams that are skew bend to one side more than to "
-            "the other, and the gain follows the product of two forces.",
+            what="A force across the axis bends the beams that guide the proof mass and stiffens "
+            "or softens them, equally for both signs of the force: the gain of the axis changes "
+            "with the square of the force on the other axis. Skew beams bend more to one side "
+            "than to the other, and the gain changes with the product of two forces.",
             equation="error on an axis = coefficient × force on that axis × product of two forces "
             "(xyy: of x by y², xxy: of x by x·y, xyz: of x by y·z)",
-            signature="Nothing at faces. With a square of another axis's force, most on the edges "
-            "between the two axes, with the same sign on all four of them; scale errors take up a "
-            "part, so that faces and edges end up with opposite errors. With a product, edges and "
-            "corners differ; cross-axis sensitivity takes up the part that the edges show.",
+            signature="The error is zero at faces. For a square of the force on another axis it "
+            "is largest on the four edges between the two axes, with the same sign; the scales "
+            "absorb a part, so faces and edges keep opposite errors. For a product of two forces, "
+            "edges and corners differ; the cross-axis sensitivity absorbs the part that appears "
+            "on edges.",
             needs="Faces, edges and corners. Still poses at 1 g cannot separate the terms by "
             "squares (xyy and the like) from third-order terms on several axes, nor xyy from yxx, "
             "whatever the number of poses: the squares of the three components add up to 1. "
-            "Products need corners and tilts between faces and edges: of xxy, yxy and zxy, "
-            "which share an edge, poses at edges and corners alone show one sum.",
-            remedy="Add the term, or for squares the third-order term in its place, for use up to "
-            "1 g: there both correct alike. Do not extrapolate to several g.",
-            confirm="On a centrifuge or shaker, force along the axis alone: a cubic cross-axis "
-            "term makes no error there, a third-order term its largest.",
+            "Products need corners and tilts between faces and edges: poses at edges and corners "
+            "alone show only one sum of xxy, yxy and zxy.",
+            remedy="Add the term for use up to 1 g. For squares the third-order term corrects the "
+            "same error up to 1 g. Do not extrapolate to several g.",
+            confirm="On a centrifuge or shaker, apply a force along the axis alone: a cubic "
+            "cross-axis term causes no error then, a third-order term its largest.",
             source="IEEE Std 1293, model equation of linear accelerometers (higher-order "
             "cross-coupling).",
         ),

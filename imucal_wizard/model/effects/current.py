@@ -40,18 +40,19 @@ class Current(BiasEffect):
     order = 6
     stories: Mapping[str, Story] = {
         MAGNETOMETER: Story(
-            what="Every current has a field. The leads to motor or battery lie a hand's breadth "
-            "from the chip, and their field turns with the board: hard iron that comes and goes "
-            "with the throttle.",
+            what="Every current has a magnetic field. The leads to motor or battery are a few "
+            "centimetres from the chip and fixed to the board, so their field acts as hard iron "
+            "that changes with the throttle.",
             equation="error on an axis = coefficient × current (or throttle)",
-            signature="The same direction reads differently while the motor runs; over the "
-            "current the residuals lie on a straight line through zero.",
-            needs="A column current[A] or throttle[%] in the recording, and each direction with "
-            "much current and with little.",
-            remedy="Twist the leads, lead the current back beside itself, or move the chip away; "
-            "then add the term for what is left and apply it with the measured current.",
-            confirm="Leave the device untouched and switch the motor on and off: the field jumps "
-            "by coefficient × current.",
+            signature="The same direction reads differently while the motor runs. Plotted over "
+            "the current, the residuals lie on a straight line through zero.",
+            needs="A column current[A] or throttle[%] in the recording, and each direction at "
+            "high and at low current.",
+            remedy="Twist the leads, route the return lead beside the supply lead, or move the "
+            "chip away. Then add the term for the remaining field and apply it with the measured "
+            "current.",
+            confirm="Leave the device untouched and switch the motor on and off: the reading "
+            "jumps by coefficient × current.",
             source="ArduPilot, compass-motor calibration (compassmot); the law of Biot and Savart.",
         ),
     }

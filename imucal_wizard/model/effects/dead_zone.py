@@ -1,4 +1,4 @@
-"""Axis that does not answer to small inputs."""
+"""Dead zone of an axis around zero."""
 
 from collections.abc import Mapping
 
@@ -44,19 +44,21 @@ class DeadZone(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Friction or stiction at the stops holds the proof mass, or a converter with "
-            "crossover distortion swallows what is small: a force must exceed a threshold before "
-            "anything moves, and falls short by that threshold from there on.",
-            equation="error on an axis = threshold against the force, whatever the force is",
-            signature="A jump where the axis is level. Most of it passes for a scale error: at "
-            "both faces the same sign is left, and where the axis is level or at 45° the other "
-            "one, much as an odd-order term leaves it.",
+            what="Friction holds the proof mass, or a converter has crossover distortion. A force "
+            "below a threshold causes no reading, and a larger force reads too small by this "
+            "threshold.",
+            equation="error on an axis = threshold, with the sign opposite to the force on that "
+            "axis",
+            signature="The residual jumps where the axis is level. The scale absorbs most of the "
+            "error: the rest has one sign at both faces and where the axis is level, and the "
+            "other sign around 45°, similar to an odd-order term.",
             needs="Poses with the axis level, tilted by a few degrees to either side, and at 45°. "
-            "Without them the odd quadratic and the third-order term explain it as well.",
-            remedy="Add the term for use beyond the zone; inside it nothing can be corrected. "
-            "Dither (a little vibration) frees a mass that sticks.",
-            confirm="Tilt the axis slowly through level, by a tenth of a degree at a time: the "
-            "reading stands still over the zone and then goes on.",
+            "Without them the odd quadratic and the third-order term explain the data equally "
+            "well.",
+            remedy="Add the term for forces beyond the zone; inside the zone nothing can be "
+            "corrected. Dither (a small vibration) frees a mass that sticks.",
+            confirm="Tilt the axis slowly through level, in steps of a tenth of a degree: the "
+            "reading stays constant inside the zone and then follows the tilt again.",
             source="IEEE Std 528, inertial sensor terminology (dead band, threshold).",
         ),
     }

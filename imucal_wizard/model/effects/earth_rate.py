@@ -1,4 +1,4 @@
-"""The turning Earth."""
+"""The rotation of the Earth."""
 
 from collections.abc import Mapping
 
@@ -36,25 +36,25 @@ class EarthRate(Effect):
     sensors = (GYROSCOPE,)
     against = "force"
     kind = "orientation"
-    title = "the turning Earth"
+    title = "the rotation of the Earth"
     equation = "ε = Ω_up u"
     order = 60
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="Nothing is wrong in the sensor: the Earth turns under it, fifteen degrees an "
-            "hour, and a gyroscope at rest turns along. Part of it is about the vertical, most at "
-            "the poles, none at the equator; the rest is about the line to north.",
+            what="Nothing is wrong with the sensor. The Earth rotates by 15° per hour, and a "
+            "gyroscope at rest measures this rate. One component is about the vertical, largest "
+            "at the poles and zero at the equator; the other is about the horizontal direction to "
+            "north.",
             equation="error = one rate × the direction that is up, on all three axes",
             signature="The readings at rest follow the up direction with the same small slope on "
             "each axis: positive on the northern half of the Earth.",
-            needs="A gyroscope whose zero is steady to a few degrees per hour and still poses all "
-            "round. The part towards north needs the heading of each pose, which gravity does not "
-            "show; it stays in the noise floor.",
-            remedy="Nothing is to be repaired. Keep the term, so that the Earth's rate is not "
-            "counted as bias or g-sensitivity; a navigation filter subtracts it by latitude and "
-            "heading.",
-            confirm="The size is 15.04 °/h times the sine of the latitude: compare it with that of "
-            "your place.",
+            needs="A gyroscope whose bias is stable to a few degrees per hour, and still poses in "
+            "all directions. The component towards north cannot be fitted, because gravity does "
+            "not show the heading of a pose; it remains in the noise floor.",
+            remedy="No repair is needed. Keep the term, so that the Earth's rate is not counted "
+            "as bias or g-sensitivity; a navigation filter subtracts it by latitude and heading.",
+            confirm="The size is 15.04 °/h times the sine of the latitude: compare it with the "
+            "value for your latitude.",
             source="WGS 84: the Earth turns by 7.292115·10⁻⁵ rad/s.",
         ),
     }

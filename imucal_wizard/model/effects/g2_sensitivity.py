@@ -1,4 +1,4 @@
-"""Gyroscope that feels the square of gravity."""
+"""Sensitivity of a gyroscope to the square of the force."""
 
 from collections.abc import Mapping
 
@@ -19,7 +19,7 @@ class G2Sensitivity(ForceEffect):
     sensors = (GYROSCOPE,)
     against = "force"
     kind = "orientation"
-    title = "the rate follows the square of gravity"
+    title = "sensitivity of the rate to the square of the force"
     equation = "ε_i = Σ Hᵢⱼ f_j²"
     order = 2
     size = Size(
@@ -31,20 +31,21 @@ class G2Sensitivity(ForceEffect):
     )
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="Gravity moves the vibrating mass in its gaps. The signal that leaks into the "
-            "read-out does not change in proportion, and what is not proportional follows the "
-            "square: twice the force, four times the error, the same for up and for down. Springs "
-            "of unequal stiffness (anisoelasticity) add products of two force components, which "
-            "this effect does not have.",
+            what="Gravity displaces the vibrating mass in its gaps. The signal that leaks into "
+            "the read-out does not change in proportion to the force; its quadratic part has the "
+            "same sign for a force up and a force down, and is four times as large for twice the "
+            "force. Springs of unequal stiffness (anisoelasticity) also cause products of two "
+            "force components; those are a separate effect.",
             equation="error on an axis = sum over the three axes of coefficient × (force)²",
             signature="The readings at rest are the same in two opposite poses and differ from "
             "those with the axis level.",
-            needs="Still poses at opposite faces and half way between. The part that is the same "
-            "for all three axes is a bias and cannot be seen at 1 g.",
+            needs="Still poses at opposite faces and half way between them. Equal coefficients of "
+            "all three force components are a bias and cannot be seen at 1 g.",
             remedy="Add the term and apply it with the accelerometer's force. On a vibrating "
-            "device, damp the mounting as well: a square does not average out.",
-            confirm="Shake the resting device along one axis: the mean rate moves with the mean "
-            "square of the shaking.",
+            "device, damp the mounting as well: the square of a vibration does not average to "
+            "zero.",
+            confirm="Shake the resting device along one axis: the mean rate changes with the mean "
+            "square of the vibration.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes; IEEE Std 528, "
             "acceleration-squared-sensitive drift rate (which counts products of components, too).",
         ),

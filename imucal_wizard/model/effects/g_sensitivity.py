@@ -1,4 +1,4 @@
-"""Gyroscope that feels gravity."""
+"""Sensitivity of a gyroscope to gravity."""
 
 from collections.abc import Mapping
 
@@ -15,7 +15,7 @@ class GSensitivity(ForceEffect):
     sensors = (GYROSCOPE,)
     against = "force"
     kind = "orientation"
-    title = "the rate follows gravity"
+    title = "sensitivity of the rate to gravity"
     equation = "ε_i = Σ Gᵢⱼ f_j"
     order = 1
     size = Size(
@@ -27,13 +27,14 @@ class GSensitivity(ForceEffect):
     )
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
-            what="The vibrating mass has weight. It sags to one side under gravity, its gaps and "
-            "its balance change, and part of the drive motion is taken for a turn.",
+            what="Gravity displaces the vibrating mass. Its gaps and its balance change, and the "
+            "read-out takes a part of the drive motion for a rotation.",
             equation="error on an axis = sum over the three axes of coefficient × force",
-            signature="The readings at rest differ from pose to pose: along each force component "
-            "they lie on a straight line. Turns do not close, by an amount that depends on which "
-            "way is up.",
-            needs="Still poses all round: their mean rates show it ten times better than turns do.",
+            signature="The readings at rest differ from pose to pose; plotted over a force "
+            "component, they lie on a straight line. The closure error of rotations depends on "
+            "which way is up.",
+            needs="Still poses in all directions: their mean rates show the effect ten times "
+            "better than rotations do.",
             remedy="Add the term and apply it with the accelerometer's force. Do not only average "
             "the bias over poses: it differs from pose to pose.",
             confirm="Turn the device upside down on a table several times and compare the mean "

@@ -1,4 +1,4 @@
-"""Memory of the pose before."""
+"""Dependence of the reading on the pose before."""
 
 from collections.abc import Mapping
 
@@ -28,7 +28,7 @@ class Hysteresis(AxisEffect):
     sensors = (ACCELEROMETER,)
     against = "previous"
     kind = "hold"
-    title = "memory of the pose before"
+    title = "dependence on the pose before"
     equation = "ε_i = hᵢ x_i of the hold before"
     order = 50
     sizes: Mapping[str, Size] = {
@@ -42,17 +42,18 @@ class Hysteresis(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Glue and package creep: a proof mass that was just hanging to one side comes "
-            "back to rest a little on that side. A soft support of the board does the same.",
+            what="Glue and package creep: after a pose, the proof mass returns to a rest position "
+            "that is shifted towards its previous displacement. A soft support of the board "
+            "causes the same error.",
             equation="error on an axis = coefficient × force on that axis in the hold before",
-            signature="A pose reads differently when it is reached from another side; it looks "
-            "like bad repeatability until the residuals are drawn over the pose before.",
-            needs="The same poses reached from different sides, in an order without system.",
+            signature="A pose reads differently when it is reached from another side. This looks "
+            "like poor repeatability until the residuals are plotted over the pose before.",
+            needs="The same poses reached from different sides, in random order.",
             remedy="Let the device rest for some seconds in each pose, and take poses in a mixed "
             "order. Fasten the board firmly. The term can be applied only where the pose before is "
             "known.",
-            confirm="Reach one pose ten times, by turns from either side: the readings form two "
-            "groups.",
+            confirm="Reach one pose ten times, alternately from one side and the other: the "
+            "readings form two groups.",
             source="IEEE Std 528, inertial sensor terminology (hysteresis error).",
         ),
     }

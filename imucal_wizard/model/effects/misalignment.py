@@ -1,4 +1,4 @@
-"""Magnetometer turned against the accelerometer."""
+"""Rotation of the magnetometer against the accelerometer."""
 
 from collections.abc import Mapping
 
@@ -28,7 +28,7 @@ class Misalignment(Effect):
     name = "misalignment"
     sensors = (MAGNETOMETER,)
     kind = "orientation"
-    title = "turned against the accelerometer"
+    title = "rotation against the accelerometer"
     equation = "ε = m × φ"
     order = 5
     size = Size(
@@ -40,16 +40,18 @@ class Misalignment(Effect):
     )
     stories: Mapping[str, Story] = {
         MAGNETOMETER: Story(
-            what="Two chips are soldered by hand or by a machine, and neither is quite straight: "
-            "the axes of the magnetometer are turned a little against those of the accelerometer.",
-            equation="error = field × angle, across both: about x, y and z an angle each",
-            signature="The strength of the field says nothing of it. At rest the field stands at "
-            "another angle to the vertical in every pose, although the dip of a place is one.",
-            needs="Six still poses or more, all round, and turned about the vertical in between.",
+            what="Two chips are never soldered exactly parallel: the axes of the magnetometer are "
+            "rotated by a small angle against those of the accelerometer.",
+            equation="error = field × small angles about x, y and z (a vector product)",
+            signature="The magnitude of the field does not show it. The measured angle between "
+            "field and gravity (the dip) differs from pose to pose, although the dip of a place "
+            "is constant.",
+            needs="Six still poses or more in all directions, with rotations about the vertical "
+            "in between.",
             remedy="Keep the term: the matrix then includes the rotation, and headings of a tilted "
             "device are right.",
-            confirm="Turn the device about the vertical on a level table, then the same with it "
-            "tilted by 30°: after the correction the heading is the same.",
+            confirm="Rotate the level device about the vertical by known angles, then repeat this "
+            "with the device tilted by 30°: after the correction the headings agree.",
             source="Kok and Schön, Magnetometer calibration using inertial sensors, IEEE Sensors "
             "Journal 16 (2016).",
         ),

@@ -37,16 +37,19 @@ class OddQuadratic(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="The spring or the electrode gap gets stiffer, or softer, the farther the proof "
-            "mass is pushed, to either side alike: large forces read too small, or too large, on "
-            "both sides.",
-            equation="error on an axis = coefficient × force × size of the force",
-            signature="The same sign at both faces of the axis and the other sign around 45°. "
-            "Nearly nine tenths of it pass for a scale error, so little is left to be seen.",
-            needs="Faces, edges and corners, and low noise. Gravity hardly distinguishes it from "
-            "the third-order term; several g would, on a shaker or a centrifuge.",
+            what="The spring or the electrostatic force in the gap becomes stiffer or softer as "
+            "the proof mass moves, equally for both directions: large forces of either sign read "
+            "too small, or too large.",
+            equation="error on an axis = coefficient × force × magnitude of the force",
+            signature="The residual has one sign at both faces of the axis and the other sign "
+            "around 45°. The scale absorbs nearly nine tenths of the error, so little of it is "
+            "visible.",
+            needs="Faces, edges and corners, and low noise. At 1 g it can hardly be distinguished "
+            "from the third-order term; measurements at several g, on a shaker or a centrifuge, "
+            "separate them.",
             remedy="Add the term for use up to 1 g. Do not extrapolate it to several g: there it "
-            "differs from the third-order term, and these data cannot show which of them is right.",
+            "differs from the third-order term, and data at 1 g cannot show which of the two is "
+            "correct.",
             confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
             "square of the force.",
             source="IEEE Std 1293, model equation of linear accelerometers (odd quadratic "

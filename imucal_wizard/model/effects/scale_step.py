@@ -1,4 +1,4 @@
-"""Scale factor that jumps once."""
+"""Step of the scale factor."""
 
 from collections.abc import Mapping
 
@@ -35,7 +35,7 @@ class ScaleStep(AxisEffect):
     against = "time"
     kind = "time"
     paired = False
-    title = "scale jumps once"
+    title = "step of the scale"
     equation = "ε_i = Sᵢ x_i from the moment on"
     order = 42
     sizes: Mapping[str, Size] = {
@@ -56,33 +56,35 @@ class ScaleStep(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="The supply or the reference voltage of the converter settles at another value, "
-            "a range is trimmed anew after a reset, or a shock changes the strain of the package: "
-            "every force is measured with another ruler ever after.",
-            equation="error on an axis = 0 before the moment, coefficient × force on that axis "
-            "ever after",
-            signature="Both faces of the axis come out too large after the moment, or too small, "
-            "while a level axis does not care; over time the residuals jump between two holds.",
-            needs="Both faces of the axis before and after. While the temperature only rises, a "
-            "jump in the middle resembles the scale factor's temperature coefficient.",
-            remedy="Calibrate again from the holds after the step and find its cause: a supply "
-            "that sags, a reset, a knock. The calibration before the step no longer holds.",
+            what="The supply or the reference voltage of the converter changes to another value, "
+            "a reset changes the trim of the range, or a shock changes the strain of the package. "
+            "From then on the gain is different.",
+            equation="error on an axis = 0 before the step, coefficient × force on that axis "
+            "after it",
+            signature="After the step both faces of the axis read too large, or both too small; "
+            "poses with the axis level do not change. Plotted over time, the residuals jump "
+            "between two holds.",
+            needs="Both faces of the axis before and after the step. While the temperature only "
+            "rises, a step in the middle of the session resembles a temperature coefficient of "
+            "the scale factor.",
+            remedy="Calibrate again with the holds after the step, and find its cause: a supply "
+            "that sags, a reset, a knock. A calibration from before the step is no longer valid.",
             confirm="Hold the two faces of the axis again: half the difference of their readings "
-            "is the later scale, not the first one. Measure the supply voltage as well.",
+            "is the scale after the step, not the first one. Measure the supply voltage as well.",
             source="IEEE Std 528, inertial sensor terminology (scale factor repeatability).",
         ),
         GYROSCOPE: Story(
-            what="The drive amplitude is regulated to another value after a reset or a knock, or "
-            "the supply jumps: every rate is measured with another ruler ever after.",
-            equation="error on an axis = 0 before the moment, coefficient × rate about that axis "
-            "ever after",
-            signature="Rotations about the axis end too far after the moment, in both senses by "
-            "the same share of their angle; rotations before it close.",
-            needs="Rotations about the axis before and after, in both senses.",
-            remedy="Calibrate again from the rotations after the step, and find its cause: a "
+            what="After a reset or a knock the drive amplitude settles at another value, or the "
+            "supply voltage changes. From then on the gain is different.",
+            equation="error on an axis = 0 before the step, coefficient × rate about that axis "
+            "after it",
+            signature="After the step, rotations about the axis are measured too large, or too "
+            "small, in both senses by the same share of their angle; rotations before it close.",
+            needs="Rotations about the axis before and after the step, in both senses.",
+            remedy="Calibrate again with the rotations after the step, and find its cause: a "
             "reset, a supply that sags, a knock.",
-            confirm="Turn the device by one full turn against a stop, early and late: the reading "
-            "of the same turn differs.",
+            confirm="Rotate the device by one full circle against a stop, early and late: the "
+            "measured angles of the same rotation differ.",
             source="IEEE Std 528, inertial sensor terminology (scale factor repeatability).",
         ),
     }

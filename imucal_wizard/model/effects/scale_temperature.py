@@ -30,7 +30,7 @@ class ScaleTemperature(AxisEffect):
     family = "slow-scale"
     against = "temperature"
     kind = "time"
-    title = "scale follows the temperature"
+    title = "temperature coefficient of the scale"
     equation = "ε_i = s₁ᵢ (T − T₀) x_i"
     order = 40
     sizes: Mapping[str, Size] = {
@@ -51,32 +51,33 @@ class ScaleTemperature(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Silicon gets softer when it is warm, and the reference voltage of the converter "
-            "moves: the same force bends the spring farther or is measured with another ruler.",
+            what="Silicon becomes softer as it warms, and the reference voltage of the converter "
+            "changes: the same force bends the spring farther, or the same voltage is converted "
+            "to another number.",
             equation="error on an axis = coefficient × (temperature − mean temperature) × force on "
             "that axis",
-            signature="Warm poses come out too large, or too small, at both faces of the axis; a "
-            "level axis does not care.",
-            needs="Faces of each axis both cold and warm, 10 °C apart or more.",
+            signature="When warm, both faces of the axis read too large, or both too small; poses "
+            "with the axis level do not change.",
+            needs="Both faces of each axis, cold and warm, at least 10 °C apart.",
             remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
             "the operating temperature.",
             confirm="Hold two opposite faces cold and again 20 °C warmer: half the difference of "
-            "the two readings has changed, half their sum has not.",
+            "the two readings changes, half their sum does not.",
             source="IEEE Std 1293, model equation of linear accelerometers (temperature "
             "coefficients); Martínez and others, Sensors 21 (2021) 3117.",
         ),
         GYROSCOPE: Story(
-            what="Warmth softens the vibrating structure and shifts its resonance; the same turn "
-            "gives a larger or smaller signal.",
+            what="A higher temperature softens the vibrating structure and shifts its resonance; "
+            "the same rate then causes a larger or smaller signal.",
             equation="error on an axis = coefficient × (temperature − mean temperature) × rate "
             "about that axis",
-            signature="The same turn comes out larger when warm, by the same share in both senses; "
-            "readings at rest do not care.",
-            needs="Turns about each axis both cold and warm, 10 °C apart or more.",
+            signature="When warm, the same rotation is measured larger, or smaller, by the same "
+            "share in both senses; readings at rest do not change.",
+            needs="Rotations about each axis, cold and warm, at least 10 °C apart.",
             remedy="Add the term and apply it with the sensor's own temperature, or calibrate at "
             "the operating temperature.",
-            confirm="Turn the device by exactly one circle against a stop, cold and again 20 °C "
-            "warmer: the integrated angle has changed by the same share in both senses.",
+            confirm="Rotate the device by exactly one circle against a stop, cold and again 20 °C "
+            "warmer: the integrated angle changes by the same share in both senses.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (temperature "
             "coefficients).",
         ),

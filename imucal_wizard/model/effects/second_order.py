@@ -46,36 +46,37 @@ class SecondOrder(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="The proof mass hangs between two electrodes. A push narrows one gap and widens "
-            "the other by the same distance, but a capacitance goes with one over its gap: one "
-            "changes by more than the other. If the mass does not rest exactly in the middle, or "
-            "the two sides are not alike, the read-out does not cancel this. What is left bends "
-            "the same way for a push from either side.",
+            what="The proof mass hangs between two electrodes. A force narrows one gap and widens "
+            "the other by the same distance. A capacitance is proportional to one over its gap, "
+            "so one capacitance changes by more than the other. If the mass does not rest exactly "
+            "in the middle, or the two sides differ, the read-out does not cancel this "
+            "difference. The error that remains has the same sign for both directions of the "
+            "force.",
             equation="error on an axis = coefficient × (force on that axis)²",
-            signature="Plotted over the axis' own force the residual is an S: it rises at one "
-            "face, falls at the opposite one, and crosses zero about 40° away from each face. Most "
-            "of the bend looks like a bias and has been swallowed by the fit already.",
+            signature="Plotted over the force on the axis, the residual is an S: it has opposite "
+            "signs at opposite faces and crosses zero about 40° away from each face. The bias "
+            "absorbs most of the error, so the fit shows only the rest.",
             needs="Both faces of the axis and poses half way between (edges, corners). At 1 g the "
-            "asymmetry looks almost the same; forces well over 1 g tell them apart.",
-            remedy="Add the term and apply it with the calibration; the fit without it puts 60 % "
-            "of it into the bias. Above 1 g apply it only if a test there has confirmed it.",
+            "asymmetry looks almost the same; forces well above 1 g separate the two.",
+            remedy="Add the term and apply it with the calibration; without the term, the fit "
+            "counts 60 % of the error as bias. Apply the term above 1 g only if a test there has "
+            "confirmed it.",
             confirm="Measure at several g in both directions, on a centrifuge: half the sum of "
             "the two readings, less the bias, grows with the square of the force.",
             source="IEEE Std 1293, model equation of linear accelerometers (K₂); Ang, Khosla and "
             "Riviere, IEEE Sensors Journal 7 (2007).",
         ),
         GYROSCOPE: Story(
-            what="The Coriolis force bends the vibrating mass, to one side in a turn to the left "
-            "and to the other in a turn to the right. If the two sides of the read-out are not "
-            "alike, an error is added that has the same sign in both senses and grows with the "
-            "square of the rate.",
+            what="The Coriolis force displaces the vibrating mass, to one side for a positive "
+            "rate and to the other for a negative one. If the two sides of the read-out differ, "
+            "the error has the same sign in both senses and grows with the square of the rate.",
             equation="error on an axis = coefficient × (rate about that axis)²",
-            signature="Turns to the left come out too large and turns to the right too small, or "
-            "the other way round, and the more so the faster they are.",
-            needs="Turns in both senses and at three speeds or more. With one sense only it hides "
-            "in the scale; with one speed only it looks like the asymmetry.",
-            remedy="Add the term and apply it: a device that swings to and fro does not average "
-            "it out.",
+            signature="Rotations in one sense are measured too large and those in the other sense "
+            "too small; the error grows with the speed.",
+            needs="Rotations in both senses and at three speeds or more. With one sense only, the "
+            "scale absorbs the error; with one speed only, it looks like the asymmetry.",
+            remedy="Add the term and apply it: the error does not average to zero in a device "
+            "that swings to and fro.",
             confirm="Turn the sensor on a rate table at the same rates in both senses: half the "
             "sum of the two errors grows with the square of the rate.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes.",

@@ -1,4 +1,4 @@
-"""Zero that follows the temperature late."""
+"""Lag of the bias behind the temperature."""
 
 from collections.abc import Mapping
 
@@ -28,7 +28,7 @@ class ThermalLag(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
-    title = "bias lags behind the temperature"
+    title = "lag of the bias behind the temperature"
     equation = "ε_i = −τᵢ k dT/dt"
     order = 35
     sizes: Mapping[str, Size] = {
@@ -49,44 +49,46 @@ class ThermalLag(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="The thermometer sits beside the proof mass, in the electronics or on the board. "
-            "While the device warms or cools, package and glue are still at the temperature of "
-            "half a minute ago, and the zero follows them and not the thermometer.",
-            equation="error on an axis = − lag × 1 mg/°C × rate of change of the temperature. For "
-            "a zero that moves by b mg/°C the lag is the size divided by b.",
+            what="The thermometer is in the electronics or on the board, not at the proof mass. "
+            "While the device warms or cools, package and glue still have the temperature of half "
+            "a minute earlier, and the bias follows their temperature, not the measured one.",
+            equation="error on an axis = − lag × 1 mg/°C × rate of change of the temperature. If "
+            "the bias changes by b mg/°C, the lag is the size divided by b.",
             signature="The same pose at the same temperature reads differently while the device "
-            "warms and while it cools: over the temperature the residuals form a loop. At a "
-            "temperature that stands still nothing is wrong.",
+            "warms and while it cools: plotted over the temperature, the residuals form a loop. "
+            "At a constant temperature there is no error.",
             needs="The same poses while the device warms and while it cools, with the temperature "
             "recorded. In a single warm-up whose temperature settles exponentially, the lag is "
-            "exactly a part of the temperature coefficient of the bias and of the warm-up: these "
-            "data cannot separate them. While the temperature rises evenly, it is exactly a bias.",
-            remedy="Wait until the temperature stands still, in calibration and in use. Or add the "
+            "equivalent to a combination of the temperature coefficient of the bias and a "
+            "warm-up: such data cannot separate them. While the temperature rises at a constant "
+            "rate, it is equivalent to a bias.",
+            remedy="Wait until the temperature is constant, in calibration and in use. Or add the "
             "term together with the temperature coefficient, and apply both with the recorded "
             "temperature.",
-            confirm="Leave the device untouched in one pose, warm it by 10 °C within a few minutes "
-            "and let it cool: the readings over the temperature run on two lines, twice the lag "
-            "times the rate of change apart.",
+            confirm="Leave the device untouched in one pose, warm it by 10 °C within a few "
+            "minutes and let it cool: plotted over the temperature, the readings lie on two "
+            "lines. Their distance along the temperature is twice the lag times the rate of "
+            "change.",
             source="IEEE Std 1293, model equation of linear accelerometers (temperature and "
             "temperature-gradient sensitivity).",
         ),
         GYROSCOPE: Story(
-            what="The thermometer sits beside the vibrating structure. While the device warms or "
-            "cools, the structure is still at the temperature of half a minute ago, and the zero "
-            "follows it and not the thermometer.",
+            what="The thermometer is beside the vibrating structure. While the device warms or "
+            "cools, the structure still has the temperature of half a minute earlier, and the "
+            "bias follows its temperature, not the measured one.",
             equation="error on an axis = − lag × 0.01 °/s/°C × rate of change of the temperature. "
-            "For a zero that moves by b °/s/°C the lag is the size times 0.01 / b.",
-            signature="The readings at rest at the same temperature differ while the device warms "
-            "and while it cools. At a temperature that stands still nothing is wrong.",
-            needs="Rests while the device warms and while it cools, with the temperature recorded. "
-            "In a single warm-up whose temperature settles exponentially, the lag is exactly a "
-            "part of the temperature coefficient of the bias and of the warm-up.",
-            remedy="Wait until the temperature stands still, in calibration and in use. Or add the "
+            "If the bias changes by b °/s/°C, the lag is the size times 0.01 / b.",
+            signature="At the same temperature, the readings at rest differ between warming and "
+            "cooling. At a constant temperature there is no error.",
+            needs="Rests while the device warms and while it cools, with the temperature "
+            "recorded. In a single warm-up whose temperature settles exponentially, the lag is "
+            "equivalent to a combination of the temperature coefficient of the bias and a warm-up.",
+            remedy="Wait until the temperature is constant, in calibration and in use. Or add the "
             "term together with the temperature coefficient, and apply both with the recorded "
             "temperature.",
             confirm="Leave the device at rest, warm it by 10 °C within a few minutes and let it "
-            "cool: the rate over the temperature runs on two lines, twice the lag times the rate "
-            "of change apart.",
+            "cool: plotted over the temperature, the rate lies on two lines. Their distance along "
+            "the temperature is twice the lag times the rate of change.",
             source="IEEE Std 1431, model equation of Coriolis vibratory gyroscopes (sensitivity to "
             "temperature and to its rate of change).",
         ),

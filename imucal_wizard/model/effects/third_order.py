@@ -47,13 +47,14 @@ class ThirdOrder(AxisEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="Near the end of its travel the proof mass is held back, or the amplifier begins "
-            "to saturate: the answer to a push flattens, to both sides alike.",
+            what="The spring stiffens near the end of the travel of the proof mass, or the "
+            "amplifier begins to saturate: the response to large forces flattens, equally for "
+            "both directions.",
             equation="error on an axis = coefficient × (force on that axis)³",
-            signature="The same sign at both faces of the axis and where it is level, the other "
-            "sign at 45° between. Three quarters of it pass for a scale error.",
-            needs="Faces, edges and corners. Gravity hardly distinguishes it from the odd "
-            "quadratic term; several g would.",
+            signature="The residual has one sign at both faces of the axis and where the axis is "
+            "level, and the other sign at 45°. The scale absorbs three quarters of the error.",
+            needs="Faces, edges and corners. At 1 g it can hardly be distinguished from the odd "
+            "quadratic term; measurements at several g separate them.",
             remedy="Add the term for use up to 1 g, or choose a larger range setting if the sensor "
             "has one. Do not extrapolate it to several g.",
             confirm="Measure at several g, on a centrifuge or a shaker: the error grows with the "
@@ -61,12 +62,12 @@ class ThirdOrder(AxisEffect):
             source="IEEE Std 1293, model equation of linear accelerometers (K₃).",
         ),
         GYROSCOPE: Story(
-            what="At fast turns the read-out flattens, to both senses alike.",
+            what="At high rates the response of the read-out flattens, equally in both senses.",
             equation="error on an axis = coefficient × (rate about that axis)³",
-            signature="Fast turns come out too small in both senses while slow ones come out a "
-            "little too large, because the scale is a compromise between them.",
-            needs="Turns at three speeds or more, the fastest near the range. At one speed it "
-            "cannot be separated from the scale.",
+            signature="Fast rotations are measured too small in both senses and slow ones a "
+            "little too large, because the fitted scale is a compromise between them.",
+            needs="Rotations at three speeds or more, the fastest near the end of the range. At "
+            "one speed the effect cannot be separated from the scale.",
             remedy="Add the term and apply it, or choose a larger range setting.",
             confirm="Turn the sensor on a rate table from slow to nearly the full range: the error "
             "grows with the third power of the rate, with opposite signs in the two senses.",
@@ -77,7 +78,8 @@ class ThirdOrder(AxisEffect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """``x_i³``, g³ or (°/s)³."""
         del variant
-        return sensed(sensor, c) ** 3
+        own = sensed(sensor, c)
+        return own * own * own  # a power takes twenty times as long
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""

@@ -1,4 +1,4 @@
-"""Vibration that moves the mean."""
+"""Offset by vibration."""
 
 from collections.abc import Mapping
 
@@ -27,7 +27,7 @@ class VibrationRectification(BiasEffect):
     sensors = (ACCELEROMETER,)
     against = "vibration"
     kind = "hold"
-    title = "vibration moves the mean"
+    title = "offset by vibration"
     equation = "ε_i = K_vᵢ ⟨vibration²⟩"
     order = 51
     sizes: Mapping[str, Size] = {
@@ -41,18 +41,18 @@ class VibrationRectification(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="A sensor that bends the straight line a little turns shaking into a constant: "
-            "each swing to one side counts more than the swing back, and the mean is off. Shaking "
-            "that is clipped at the end of the range does the same.",
-            equation="error on an axis = coefficient × mean square of the shaking",
-            signature="Poses with large variance have a residual, quiet ones have none; over the "
-            "variance it is a straight line.",
-            needs="The same poses on a quiet and on a shaking support. A pose taken by hand is not "
-            "only shaken but moved, which looks much the same.",
+            what="A sensor with a slightly non-linear response converts vibration into an offset: "
+            "each swing to one side reads larger than the swing back, so the mean is wrong. "
+            "Vibration that is clipped at the end of the range has the same effect.",
+            equation="error on an axis = coefficient × mean square of the vibration",
+            signature="Holds with vibration have a residual, quiet holds have none. Plotted over "
+            "the mean square of the vibration, the residual is a straight line.",
+            needs="The same poses on a quiet and on a vibrating support. A hand-held pose also "
+            "moves, which looks similar.",
             remedy="Damp the mounting, or take the poses on a quiet support. In use, choose a "
-            "larger range, so that shaking is not clipped.",
+            "larger range, so that vibration is not clipped.",
             confirm="Fix the device to a loudspeaker or a running motor and switch it on and off "
-            "without moving it: the mean moves with the square of the shaking.",
+            "without moving it: the mean changes with the square of the vibration.",
             source="IEEE Std 1293, model equation of linear accelerometers (vibration "
             "rectification).",
         ),

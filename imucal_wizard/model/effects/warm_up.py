@@ -1,4 +1,4 @@
-"""Bias that settles after switching on."""
+"""Change of the bias after power-on."""
 
 from collections.abc import Mapping
 
@@ -35,7 +35,7 @@ class WarmUp(BiasEffect):
     against = "time"
     kind = "time"
     graded = True
-    title = "warm-up after switching on"
+    title = "warm-up after power-on"
     equation = "ε_i = Wᵢ exp(−t/τ)"
     order = 32
     sizes: Mapping[str, Size] = {
@@ -56,30 +56,29 @@ class WarmUp(BiasEffect):
     }
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
-            what="After switching on, the chip heats itself by a few degrees and the stress in the "
-            "package settles; the zero follows until it is warm through.",
-            equation="error on an axis = size at the start × a factor that falls to a third in "
-            "each time constant",
-            signature="Large in the first poses, gone in the last ones; up at one face and down at "
-            "the other.",
-            needs="Start cold and come back to the first poses at the end. Or let it warm up for "
-            "ten minutes first: then there is nothing to model.",
-            remedy="Wait until it has faded, about three time constants, in calibration and in "
-            "use. If that is not possible, apply the term with the time since power-on.",
+            what="After power-on the chip heats itself by a few degrees and the stress in the "
+            "package settles. The bias changes until the temperature is constant.",
+            equation="error on an axis = size at the start × exp(−time / time constant)",
+            signature="The residuals are large in the first poses and zero in the last ones, with "
+            "opposite signs at opposite faces.",
+            needs="Start cold and repeat the first poses at the end. Or let the device warm up "
+            "for ten minutes first; then no term is needed.",
+            remedy="Wait about three time constants until the warm-up is over, in calibration and "
+            "in use. If that is not possible, apply the term with the time since power-on.",
             confirm="Switch the cold device on and leave it untouched for twenty minutes, on two "
             "days: the same curve appears both times.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",
         ),
         GYROSCOPE: Story(
-            what="After switching on, the chip heats itself by a few degrees and the drive "
-            "settles; the zero follows until it is warm through.",
-            equation="error on an axis = size at the start × a factor that falls to a third in "
-            "each time constant",
-            signature="The readings at rest slide towards a final value, fast at first.",
-            needs="Still poses from the first minute to the last. Or let it warm up for ten "
-            "minutes first: then there is nothing to model.",
-            remedy="Wait until it has faded, about three time constants, in calibration and in "
-            "use. If that is not possible, apply the term with the time since power-on.",
+            what="After power-on the chip heats itself by a few degrees and the drive settles. "
+            "The bias changes until the temperature is constant.",
+            equation="error on an axis = size at the start × exp(−time / time constant)",
+            signature="The readings at rest approach a final value, fast at first and then more "
+            "slowly.",
+            needs="Still poses from the first minute to the last. Or let the device warm up for "
+            "ten minutes first; then no term is needed.",
+            remedy="Wait about three time constants until the warm-up is over, in calibration and "
+            "in use. If that is not possible, apply the term with the time since power-on.",
             confirm="Switch the cold device on and leave it at rest for twenty minutes, on two "
             "days: the same curve appears both times.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",

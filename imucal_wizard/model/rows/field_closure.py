@@ -1,4 +1,4 @@
-"""Closure of a rotation about the vertical, which gravity does not see, against the field.
+"""Closure of a rotation about the vertical, which gravity does not show, against the field.
 
 Gravity carried through a rotation shows its error θ across the vertical, ``e_g = θ − u (u·θ)``; the
 field shows it across the field, ``e_f = θ − f (f·θ)``. With ``n = (u − f (f·u))/s``,

@@ -116,7 +116,7 @@ class FieldMagnitude(RowSource):
     repeated: IntArray
     loading: FloatArray
     unit: str = "uT"
-    kind, part = "field", "magnitude of the field"
+    kind, part, left = "field", "magnitude of the field", "|m| − B"
 
     @property
     def poses(self) -> IntArray:

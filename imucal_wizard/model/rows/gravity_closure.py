@@ -2,7 +2,7 @@
 
 Up in the body frame obeys ``du/dt = u × w``. Carried from the hold before, ``û = Cᵀ u_before`` with
 C the rotation in between; the closure is the rotation vector from ``û`` to ``u_after``. Its two
-components across gravity are the rows; the part of a rotation about gravity leaves no trace in it.
+components across gravity are the rows; they do not contain the part of a rotation about gravity.
 
 ``w = M (y − b) − ε(w, f, T, t)``, the force f at each sample being gravity carried there. ε is
 taken at the rates and forces of the rows before; it is so small against them that each further
@@ -14,7 +14,7 @@ sample's rate. It leaves out what δw does to ε itself and to the coning: some 
 """
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 from functools import cached_property
 
@@ -34,7 +34,7 @@ from imucal_wizard.core.quaternions import (
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
-from imucal_wizard.model.effect import GYROSCOPE, AxisEffect, Circumstances
+from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
@@ -47,12 +47,12 @@ from imucal_wizard.model.rows.source import (
     rounding_names,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, axis_shape, columns_of
+from imucal_wizard.model.terms import Term, Terms, axis_columns_of, columns_of
 
 COARSE_STEP = 1.0 / 30.0
 """Seconds between the moments at which an effect outside the model is evaluated: a hand does
 nothing faster."""
-TERMS_AT_ONCE = 4
+TERMS_AT_ONCE = 16
 """Effects whose columns at all samples are in memory together: they stay in the cache."""
 
 LEVI_CIVITA = np.zeros((3, 3, 3))
@@ -168,20 +168,16 @@ class ClosureRows(Rows):
 
     def _effects(self, terms: Sequence[Term], moments: "_Moments") -> FloatArray:
         parts = [np.zeros((len(self.closure), 3, 0))]
-        for some in _alike(terms):
-            if isinstance(some[0].effect, AxisEffect):
-                # one parameter for each axis: no column has anything on the others
-                shape = axis_shape(some[0], GYROSCOPE, moments.motion)
-                moved = np.add.reduceat(moments.weights * shape, moments.offsets[:-1], axis=1)
-                parts.append(-np.moveaxis(moved, 1, 0))
-                continue
-            moved = columns_of(some, GYROSCOPE, moments.motion)
-            turned = np.empty((len(self.closure), 3, moved.shape[2]))
-            for index, (first, past) in enumerate(itertools.pairwise(moments.offsets.tolist())):
-                weights = moments.weights[:, first:past].reshape(3, -1)
-                turned[index] = -weights @ moved[first:past].reshape(-1, moved.shape[2])
-            parts.append(turned)
-        return self._closed(np.concatenate(parts, axis=2))
+        for first in range(0, len(terms), TERMS_AT_ONCE):
+            some = terms[first : first + TERMS_AT_ONCE]
+            own = [axis_columns_of(term, GYROSCOPE, moments.motion) for term in some]
+            by_axis = iter(moments.turned_by_axis([one for one in own if one is not None]))
+            others = [term for term, one in zip(some, own, strict=True) if one is None]
+            whole = iter(
+                moments.turned([columns_of([t], GYROSCOPE, moments.motion) for t in others])
+            )
+            parts += [next(whole if one is None else by_axis) for one in own]
+        return self._closed(-np.concatenate(parts, axis=2))
 
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
@@ -249,14 +245,6 @@ class ClosureRows(Rows):
         return self._source.rows_of(error_slope(carried, self._source.after, moved))
 
 
-def _alike(terms: Sequence[Term]) -> Iterator[Sequence[Term]]:
-    """The effects in turn: those with one parameter for each axis singly, others a few at once."""
-    for by_axis, some in itertools.groupby(terms, lambda term: isinstance(term.effect, AxisEffect)):
-        own = list(some)
-        at_once = 1 if by_axis else TERMS_AT_ONCE
-        yield from (own[k : k + at_once] for k in range(0, len(own), at_once))
-
-
 @dataclass(frozen=True, eq=False)
 class _Moments:
     """How rates at some moments turn the closures.
@@ -270,6 +258,52 @@ class _Moments:
     weights: FloatArray
     offsets: IntArray
     motion: Circumstances
+
+    def turned(self, columns: Sequence[FloatArray]) -> list[FloatArray]:
+        """How effects turn the closures.
+
+        Args:
+            columns: of each effect, shape (k, 3, p) each.
+
+        Returns:
+            Per shown unit of the effects' parameters, shape (m, 3, p) each.
+        """
+        if not columns:
+            return []
+        moved = np.concatenate(columns, axis=2)
+        found = np.empty((len(self.offsets) - 1, 3, moved.shape[2]))
+        for index, (first, past) in enumerate(itertools.pairwise(self.offsets.tolist())):
+            weights = self.weights[:, first:past].reshape(3, -1)
+            found[index] = weights @ moved[first:past].reshape(-1, moved.shape[2])
+        return np.split(found, np.cumsum([one.shape[2] for one in columns])[:-1], axis=2)
+
+    def turned_by_axis(self, columns: Sequence[FloatArray]) -> list[FloatArray]:
+        """The same where each parameter moves one axis: a ninth or a third of the products.
+
+        Args:
+            columns: see ``Effect.axis_columns``, shape (k, 3, q) each.
+
+        Returns:
+            Shape (m, 3, 3 q) each.
+        """
+        if not columns:
+            return []
+        ends = np.cumsum([one.shape[2] for one in columns])
+        # one parameter after the other in memory, as the products take them
+        moved = np.empty((3, ends[-1], len(self.motion)))
+        for one, end in zip(columns, ends.tolist(), strict=True):
+            moved[:, end - one.shape[2] : end] = np.transpose(one, (1, 2, 0))
+        found = np.empty((len(self.offsets) - 1, 3, ends[-1], 3))
+        for index, (first, past) in enumerate(itertools.pairwise(self.offsets.tolist())):
+            np.matmul(moved[:, :, first:past], self._by_axis[:, first:past], out=found[index])
+        # by rotation, input axis, its parameters, and axis across which it turns
+        each = np.split(found, ends[:-1], axis=2)
+        return [np.moveaxis(one, 3, 1).reshape(len(one), 3, -1) for one in each]
+
+    @cached_property
+    def _by_axis(self) -> FloatArray:
+        """``weights`` by input axis, shape (3, k, 3)."""
+        return np.ascontiguousarray(np.transpose(self.weights, (2, 1, 0)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -134,7 +134,7 @@ class GravityMagnitude(RowSource):
     circumstances: Circumstances
     gravity: float
     labels: RowLabels
-    kind, part, at_rest = "hold", "holds", True
+    kind, part, left, at_rest = "hold", "holds", "|a| − g", True
     unit = "m/s^2"
 
     def influences(self) -> tuple[Influence, ...]:

@@ -195,7 +195,7 @@ class RowSource(ABC):
     labels: RowLabels
     part: str
     prefix: str = ""
-    left: str = "what is left"
+    left: str = "residual"
     by_axis: bool = False
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
@@ -301,7 +301,7 @@ def hold_influences(c: Circumstances, number: IntArray) -> tuple[Influence, ...]
     return (
         *(Influence(f"force-{a}", f"force along {a}, g", force[:, k]) for k, a in enumerate(AXES)),
         Influence("pose", "pose: 6 faces, 12 edges, 8 corners", np.array(poses)),
-        Influence("number", "number of the pose", np.asarray(number + 1.0, np.float64)),
+        Influence("number", "number of the hold", np.asarray(number + 1.0, np.float64)),
         Influence("time", "time, min", c.time / 60.0),
         Influence("temperature", "temperature, °C", c.temperature),
         *(

@@ -22,7 +22,7 @@ from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.proof import Correction, Proof, nominal, own
 from imucal_wizard.report.reduced import Kept, reduced
 
-OWN_FRAME = "a rate table does not show how it lies to the accelerometer or in its housing"
+OWN_FRAME = "a rate table does not show its orientation to the accelerometer or in its housing"
 FORWARD = "from the reading to the corrected value"
 BACKWARD = "from the true value to the reading: matrices are inverse to those of this program"
 Files = Mapping[str, bytes]
@@ -169,7 +169,7 @@ def target_named(name: str) -> ExportTarget:
     """
     known = targets()
     if name not in known:
-        raise UsageError(f"there is no export target {name!r}; there are {', '.join(known)}")
+        raise UsageError(f"there is no export target {name!r}; give one of {', '.join(known)}")
     return known[name]
 
 

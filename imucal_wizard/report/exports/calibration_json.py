@@ -30,7 +30,7 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
 _ALL = Kept(takes=lambda _one: True)
 TARGET = ExportTarget(
     name="json",
-    title="this program's own calibration file",
+    title="JSON: this program's own calibration file",
     formula="x = M · (reading − b) − ε(x)",
     suffix=".json",
     cannot_hold=(),

@@ -65,8 +65,8 @@ def lesson_rows(
         rows += [line(f"  {own.legend}", "quiet")]
         rows += [*picture_rows(own, min(width, 90), LESSON_PLOT_ROWS), line("")]
     rows += _part("usual sizes", words.sizes, width)
-    rows += [line(""), *_part("what it takes to see it", words.needs, width)]
-    rows += [line(""), *_part("what it costs to ignore it", words.cost, width)]
+    rows += [line(""), *_part("data that show it", words.needs, width)]
+    rows += [line(""), *_part("cost of ignoring it", words.cost, width)]
     more = (
         ("what to do about it", words.remedy),
         ("how to confirm it without this program", words.confirm),
@@ -115,9 +115,9 @@ _NOTHING = (
 )
 _NEVER = (
     "None of the poses tried here separates them. Many more holds, stronger forces or another "
-    "course of the temperature may."
+    "course of the temperature may separate them."
 )
-_NEVER_TURNING = "None of the rotations tried here separates them; those of a rate table may."
+_NEVER_TURNING = "None of the rotations tried here separates them; rotations on a rate table may."
 
 
 def next_rows(
@@ -152,22 +152,22 @@ def next_rows(
 
 def gain_rows(apart: Apart, width: int) -> list[Line]:
     """The size from which two effects are separated, now and with the poses."""
-    before = (
-        size_with_unit(apart.before, apart.unit) if np.isfinite(apart.before) else "no size at all"
-    )
-    now = (
-        f"These data separate {apart.first} and {apart.second} from {before} on. Here it is about "
-        f"{number(apart.size, 2)}."
-    )
+    pair = f"{apart.first} and {apart.second}"
+    now = f"These data do not separate {pair} at any size."
+    if np.isfinite(apart.before):
+        least = size_with_unit(apart.before, apart.unit)
+        now = f"These data separate {pair} from a size of {least} on."
+    now += f" The size here is about {number(apart.size, 2)}."
     if apart.enough and not apart.poses:
-        return wrapped(f"{now} So they are separated already.", width, "strong")
+        return wrapped(f"{now} They are separated already.", width, "strong")
     if apart.never or not apart.poses:
         never = _NEVER_TURNING if apart.turning else _NEVER
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
-    worth = "that is enough" if apart.enough else "that is not enough yet"
+    worth = "this is enough" if apart.enough else "this is not enough yet"
     if apart.before <= apart.size:
         worth = "they are separated already; this confirms it"
-    then = f"With {apart.things}: from {size_with_unit(apart.after, apart.unit)} on; {worth}."
+    after = size_with_unit(apart.after, apart.unit)
+    then = f"With {apart.things}: from a size of {after} on; {worth}."
     return [*wrapped(now, width), *wrapped(then, width, "strong")]
 
 

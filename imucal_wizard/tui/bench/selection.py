@@ -36,7 +36,8 @@ class Selection:
         self.added, self.cursor, self._suspect = False, None, 0
         self._term = min(self._term, len(self.parts()) - 1)
         if self._part not in snapshot.parts:
-            best = snapshot.views[most_telling(snapshot.views)]
+            # in an exercise the plot that explains most would name the axis
+            best = snapshot.views[0 if self.hidden else most_telling(snapshot.views)]
             own = [view.name for view in snapshot.views if view.part == best.part]
             self._part, self._view = best.part, own.index(best.name)
 

@@ -25,10 +25,20 @@ _WELCOME = (
     "Samples are on the disk within a second. You can quit at any time and continue later.",
 )
 
+_RECHECK = (
+    "The recheck tells whether a device still agrees with its calibration: GO or NO-GO.",
+    (
+        "Put the device down for 5 s, then hold each face up for two seconds, in any order, and "
+        "rotate it in between. This takes about a minute."
+    ),
+    "Select the device that was calibrated.",
+)
 
-def welcome_rows(width: int) -> list[Line]:
-    """The introduction, shown while no source is open."""
-    return [row for text in _WELCOME for row in (*wrapped(text, max(30, width)), line(""))]
+
+def welcome_rows(width: int, recheck: bool = False) -> list[Line]:
+    """The introduction to a calibration or a recheck, shown while no source is open."""
+    texts = _RECHECK if recheck else _WELCOME
+    return [row for text in texts for row in (*wrapped(text, max(30, width)), line(""))]
 
 
 def startable(stream: "StreamStatus") -> bool:

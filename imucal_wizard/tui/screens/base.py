@@ -29,8 +29,9 @@ VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 """Class of a screen for each size; the style sheet knows them."""
 
 _AFTER_RESULT = (StepKind.VALIDATE, StepKind.SAVE)
-_OF_A_CALIBRATION = TITLES.keys() - {StepKind.RECHECK, StepKind.VERDICT}
-"""Steps that are shown until a source states its own."""
+OF_A_CALIBRATION = TITLES.keys() - {StepKind.RECHECK, StepKind.VERDICT}
+OF_A_RECHECK = {StepKind.SOURCE, StepKind.SETTLE, StepKind.RECHECK, StepKind.VERDICT}
+"""Steps of the two procedures."""
 _TITLE = "imucal-wizard"
 _OVER = "✓–"
 
@@ -120,7 +121,7 @@ class LiveScreen(Screen[None]):
         if self.state.snapshot is not None:
             self.take(self.state.snapshot)
         else:
-            self._head(0.0, (), sorted({StepKind.FIELD, *(TITLES.keys() - _OF_A_CALIBRATION)}), 18)
+            self.show_steps()
 
     def lines(self, name: str) -> Lines:
         """A widget of this screen by its id."""
@@ -136,8 +137,18 @@ class LiveScreen(Screen[None]):
         if self.state.report is None and status.step in _AFTER_RESULT:
             skipped.add(StepKind.RESULT)
         absent: set[str] = {StepKind.FIELD} if snapshot.stream.magnetometer is None else set()
-        absent |= {kind for kind in TITLES if kind not in (status.steps or _OF_A_CALIBRATION)}
+        absent |= {kind for kind in TITLES if kind not in (status.steps or OF_A_CALIBRATION)}
         self._head(status.elapsed, sorted(skipped), sorted(absent), status.poses)
+
+    def show_steps(self) -> None:
+        """Show the steps of a procedure that has not begun."""
+        absent = {StepKind.FIELD, *(kind for kind in TITLES if kind not in self.steps_to_come)}
+        self._head(0.0, (), sorted(absent), 18)
+
+    @property
+    def steps_to_come(self) -> Collection[str]:
+        """The steps that are shown until a source states its own."""
+        return OF_A_CALIBRATION
 
     def _head(
         self, elapsed: float, skipped: Sequence[str], absent: Sequence[str], poses: int

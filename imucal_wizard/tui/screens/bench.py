@@ -85,7 +85,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         ),
         Binding(
             "l", "lesson", "lesson",
-            tooltip="lesson: what happens in the sensor, how it looks, what it costs",
+            tooltip="lesson: the cause in the sensor, the pattern of the error, the cost of "
+                    "ignoring it",
         ),
         Binding(
             "p", "predict(True)", "predict first",
@@ -336,7 +337,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
             elif act is None and (restored := owner.models.restored):
-                self.note = (f"✓ Here again: {restored}", "good")
+                self.note = (f"✓ Restored: {restored}", "good")
         self.busy = ""
         self.redraw()
 

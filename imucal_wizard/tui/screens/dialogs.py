@@ -64,7 +64,9 @@ class SkipDialog(Dialog):
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("enter", "dismiss('skip')", "skip it", tooltip="skips the step"),
+        Binding(
+            "enter", "dismiss('skip')", "skip it", key_display="enter", tooltip="skips the step"
+        ),
         Binding("u", "dismiss('')", "stay", show=False),
         Binding("question_mark", "app.explain", "help", tooltip="explains the step"),
         Binding("q", "app.quit", "quit", show=False, tooltip="leaves the program"),
@@ -90,12 +92,12 @@ class LeaveDialog(Dialog):
         Binding(
             "s", "dismiss('save')", "save it and leave", tooltip="saves the model, then leaves"
         ),
-        Binding("d", "dismiss('give up')", "leave without it", tooltip="gives the model up"),
+        Binding("d", "dismiss('give up')", "leave without saving", tooltip="discards the model"),
     ]
 
     def __init__(self, model: str, problem: str = "") -> None:
-        hint = "s saves it and leaves; d leaves without it; esc goes back to it."
-        consequence = f"not saved: {problem}" if problem else f"No file has this model: {model}."
+        hint = "s saves it and leaves; d leaves without saving; esc goes back."
+        consequence = f"not saved: {problem}" if problem else f"This model is not saved: {model}."
         super().__init__("leave without saving?", consequence, hint)
 
 
@@ -141,4 +143,6 @@ class WaitDialog(Dialog):
 
     def __init__(self) -> None:
         consequence = "A model is being fitted or written; the program ends when that is done."
-        super().__init__("leaving …", consequence, "esc stays; d leaves at once, without it.")
+        super().__init__(
+            "leaving …", consequence, "esc stays; d leaves at once, without the model."
+        )

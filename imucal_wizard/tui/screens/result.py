@@ -300,7 +300,7 @@ class ResultScreen(FitScreen):
         if self._deadline is not None:
             left = max(0, math.ceil(self._deadline - time.monotonic()))
             what = "saving" if ended else "validation with a few new poses"
-            text = f"{what} begins by itself in {left} s; any key stops that"
+            text = f"{what} begins by itself in {left} s; any key stops it"
         elif self.state.report is not None:
             text = "v: validate with a few new poses   s: save without validation"
             text = "The recording has ended. s: save" if ended else text
@@ -380,6 +380,6 @@ class SaveScreen(FitScreen):
             )
             rows += wrapped(f"  {known}", width, "quiet", indent="  ")
             if self.state.unsaved:
-                words = "▲ The bench has another model than this file: s saves it."
+                words = "▲ The model of the bench differs from this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")
         return [*rows, *super().news(width), line("")]

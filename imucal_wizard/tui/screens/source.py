@@ -2,6 +2,7 @@
 
 import re
 import time
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -17,7 +18,7 @@ from textual.widgets.option_list import Option
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.panels.preview import preview_rows, startable, state_span, welcome_rows
-from imucal_wizard.tui.screens.base import Failed, LiveScreen
+from imucal_wizard.tui.screens.base import OF_A_RECHECK, Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import clean, wrapped
@@ -93,8 +94,8 @@ class SourceScreen(LiveScreen):
     def __init__(self, state: WizardState) -> None:
         super().__init__(state)
         self._choices: list[SourceChoice] = [VIRTUAL]
-        self._recheck: SourceChoice | None = None
-        """The calibration to check, once it is chosen; then only devices are listed."""
+        self._recheck = state.services.given_recheck
+        """The calibration to check, or None; if it is chosen, only devices are listed."""
         self._chosen: SourceChoice | None = None
         """The source that is open or being opened."""
         self._started = False
@@ -119,8 +120,7 @@ class SourceScreen(LiveScreen):
         self._list()
         self.query_one(OptionList).focus()
         if self.state.source is None:
-            self._say(_QUESTION)
-            self.lines("preview").draw(lambda width, _: welcome_rows(width))
+            self._ask()
             if self.state.choice is not None:
                 self._open(self.state.choice)
         self.call_after_refresh(self._be_seen)
@@ -130,7 +130,8 @@ class SourceScreen(LiveScreen):
         if action in ("open", "type", "look", "devices"):
             return self.state.source is None
         if action == "other":
-            return self.state.source is not None or self._recheck is not None
+            asked = self.state.services.given_recheck
+            return self.state.source is not None or self._recheck != asked
         if action == "describe":
             return self.state.source is not None
         if action == "columns":
@@ -167,8 +168,12 @@ class SourceScreen(LiveScreen):
         self._choices = found
         self._list()
         if problem and self._chosen is None:
+            recheck = self._recheck is not None
             self.lines("preview").draw(
-                lambda width, _: [*wrapped(problem, width, "warn", "  "), *welcome_rows(width)]
+                lambda width, _: [
+                    *wrapped(problem, width, "warn", "  "),
+                    *welcome_rows(width, recheck),
+                ]
             )
 
     @property
@@ -200,8 +205,23 @@ class SourceScreen(LiveScreen):
         self.state.services.recheck_with(Path(choice.target))
         self._recheck = choice
         self._list()
-        self._say(f"{choice.title}: {_QUESTION[0].lower()}{_QUESTION[1:]}")
+        self._ask()
         self.refresh_bindings()
+
+    @property
+    def steps_to_come(self) -> Collection[str]:
+        """Those of a recheck if one was chosen."""
+        return super().steps_to_come if self._recheck is None else OF_A_RECHECK
+
+    def _ask(self) -> None:
+        """Ask for the source, beside what the procedure does."""
+        recheck = self._recheck
+        if recheck is None:
+            self._say(_QUESTION)
+        else:
+            self._say(f"{recheck.title}: {_QUESTION[0].lower()}{_QUESTION[1:]}")
+        self.show_steps()
+        self.lines("preview").draw(lambda width, _: welcome_rows(width, recheck is not None))
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
@@ -255,11 +275,10 @@ class SourceScreen(LiveScreen):
         """Close this source, or give up the recheck, and choose another."""
         self.state.drop()
         self.state.services.recheck_with(None)
-        self._chosen = self._recheck = None
+        self._chosen, self._recheck = None, self.state.services.given_recheck
         self._started = self._asked = False
         self._unknown_since = None
-        self.lines("preview").draw(lambda width, _: welcome_rows(width))
-        self._say(_QUESTION)
+        self._ask()
         self.refresh_bindings()
         self.action_look()
 

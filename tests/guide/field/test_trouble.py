@@ -160,7 +160,7 @@ def test_on_a_face_that_is_done_it_is_not_told_to_turn() -> None:
 def test_with_nothing_measured_only_leaving_it_out_is_offered() -> None:
     readings = turned((*circle("-z"), LieStill(25.0)))
     session = Session(with_field(readings, np.full_like(field_of(readings), 3.0))).play()
-    assert any("one and the same value" in seen.trouble for seen in session.seen)
+    assert any("always sends the same value" in seen.trouble for seen in session.seen)
     (offer,) = session.machine.status().offers
     assert offer.command == "skip"
     session.machine.command("skip")

@@ -121,7 +121,7 @@ def test_undo_before_anything_was_turned_goes_back_to_what_was_measured_before()
     session = Session(turned((LieStill(4.0),))).play()
     assert session.field.face_down == "-z"
     (event,) = session.machine.command("undo")
-    assert "+Z is taken back" in event.text
+    assert "+Z was taken back" in event.text
     assert session.step == StepKind.UP_DOWN
 
 

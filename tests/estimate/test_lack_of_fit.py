@@ -1,0 +1,40 @@
+"""Lack of fit and repeatability: what visits to one pose say of the noise."""
+
+import numpy as np
+from scipy.stats import kstest
+
+from imucal_wizard.estimate.lack_of_fit import Visits, lack_of_fit
+from imucal_wizard.estimate.repeatability import pure_error
+
+
+def test_visits_of_unequal_noise_share_what_the_model_lacks() -> None:
+    """Twelve directions, each wrong by 30 times the noise, each held for long and for a moment.
+
+    The difference of two visits has the variances of both, whatever they share.
+    """
+    rng, sigma = np.random.default_rng(3), np.tile([1.0, 3.0], 12)
+    group, visit = np.repeat(np.arange(12), 2), np.arange(24)
+    chances = []
+    for _ in range(400):
+        residual = np.repeat(30.0 * rng.normal(size=12), 2) + sigma * rng.normal(size=24)
+        first, second = residual[::2], residual[1::2]
+        share, freedom = pure_error(residual, sigma, group, visit)
+        assert freedom == 12
+        assert np.isclose(12.0 * share, ((first - second) ** 2 / 10.0).sum())
+        chances.append(12.0 * share)
+    assert kstest(chances, "chi2", args=(12,)).pvalue > 0.01
+
+
+def test_a_pose_that_repeats_is_not_blamed_for_what_the_model_lacks() -> None:
+    """The misfit is one of direction; only every fiftieth session has visits that differ so."""
+    rng, sigma = np.random.default_rng(4), np.tile([0.5, 2.0], 10)
+    visits = Visits.of(
+        np.ones(20, bool), np.repeat(np.arange(10), 2), np.arange(20), np.full(20, -1)
+    )
+    blamed = 0
+    for _ in range(200):
+        residual = np.repeat(40.0 * rng.normal(size=10), 2) + sigma * rng.normal(size=20)
+        found = lack_of_fit(residual / sigma, np.ones((20, 1)) / sigma[:, None], sigma, visits)
+        assert found.ratio > 5.0
+        blamed += found.not_repeatable
+    assert blamed <= 6
