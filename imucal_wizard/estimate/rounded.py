@@ -129,7 +129,7 @@ def unseen_rounding(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     """Variance by rounding of a rate that moves fast, beyond what samples at rest show, shape (3,).
 
     Rounding adds q²/12 to moving readings. At rest it adds as much where noise carries the readings
-    over the steps q, and nothing where they stand still.
+    over the steps q, nothing where they stand still, and more where they change between two steps.
 
     Args:
         holds: still periods.
@@ -139,7 +139,7 @@ def unseen_rounding(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     carried = rounded > NO_ROUNDING * step**2
     rounded = np.where(carried, 0.0, rounded)
     unseen = step**2 / 12.0 - (rounded - noise_at_one_place(rounded, step)[0])
-    return np.where(carried, 0.0, np.maximum(unseen, 0.0))
+    return np.where(carried, 0.0, unseen)
 
 
 def _rates_at_rest(holds: Sequence[Hold]) -> FloatArray:
