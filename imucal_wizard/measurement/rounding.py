@@ -23,6 +23,8 @@ NO_ROUNDING = 1.0
 FOURIER_TERMS = np.arange(1, 200)
 SHARED_TERMS = 10
 """Terms of the series of what averages share; those left out have less than a tenth of it."""
+ANY_PLACE = 1.0 / 3.0
+"""Variance over q² of rounded readings with σ = q/2, from which on it is the same at all places."""
 PLACE_DOUBT = 0.01
 """Doubt of a variance over q² of a hundred samples and more."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
@@ -136,8 +138,9 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
     Returns:
         Mean variance σ² before rounding, and mean square shift of the average.
     """
-    before, shift = variance_before_rounding(rounded, step), np.zeros(np.shape(rounded))
-    for one in np.flatnonzero((step > 0.0) & (rounded < NO_ROUNDING * step**2)):
+    before = variance_before_rounding(rounded, step)
+    shift = rounding_variance(before, step)
+    for one in np.flatnonzero((step > 0.0) & (rounded < ANY_PLACE * step**2)):
         noise, shifts, seen = _at_places()
         weight = np.exp(-0.5 * ((seen - rounded[one] / step[one] ** 2) / PLACE_DOUBT) ** 2)
         weight /= weight.sum()
@@ -149,7 +152,7 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
 def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
     """σ²/q², square of the shift and variance over q², of all noises at all places, (n,) each."""
     sigma, place = (
-        one.ravel() for one in np.meshgrid(np.geomspace(0.01, 1.2, 60), np.linspace(0.0, 0.5, 101))
+        one.ravel() for one in np.meshgrid(np.geomspace(0.01, 0.7, 150), np.linspace(0.0, 0.5, 51))
     )
     below = np.arange(-6, 7)
     edges = (below + 0.5 - place[:, None]) / (np.sqrt(2.0) * sigma[:, None])
