@@ -21,8 +21,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped
-from imucal_wizard.model.effect import GYROSCOPE
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -381,13 +380,11 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
-    turned = () if diagnosis.report is None else diagnosis.report.rotations
-    clipped = sum(is_clipped(one.problem) for one in turned)
-    if diagnosis.sensor == GYROSCOPE and clipped:
-        sentences.append(
-            f"{clipped} of {len(turned)} rotations reach the end of the gyroscope's range and are "
-            f"not used: {CLIPPING_ADVICE[GYROSCOPE]}."
-        )
+    # more data of the same kind would clip as well
+    warnings = () if diagnosis.report is None else diagnosis.report.warnings
+    advice = CLIPPING_ADVICE[diagnosis.sensor]
+    clipped = [one for one in warnings if diagnosis.sensor in one and advice in one]
+    sentences += [f"{_capital(one.removesuffix('.'))}." for one in clipped]
     return sentences
 
 

@@ -17,6 +17,7 @@ from imucal_wizard.diagnose.survey import (
     insufficient,
 )
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
@@ -267,8 +268,9 @@ def test_rotations_that_clipped_are_not_asked_for_again_as_they_were() -> None:
     report, _ = fitted(rotations=3)
     clipped = CLIPPED_ROTATION.format(axis="x")
     turned = tuple(replace(one, problem=clipped) for one in report.rotations)
-    said = insufficient("gyroscope", "add rotations", replace(report, rotations=turned))
-    assert f"{len(turned)} of {len(turned)} rotations reach the end" in said.says
+    warned = replace(report, rotations=turned, warnings=tuple(rotation_warnings(turned)))
+    said = insufficient("gyroscope", "add rotations", warned)
+    assert "The gyroscope reaches the end of its range in the rotations from" in said.says
     assert said.says.endswith("turn more slowly, or set a wider range in the device.")
 
 
