@@ -371,7 +371,7 @@ class Bench:
             return opinion
         trial = next((one.trial for one in suspects if one.term == chosen[0]), None)
         then = None if trial is None else trial.rms_held_out
-        if trial is None or then is None or then < SAME * now:
+        if trial is None or then is None or then < UNCHANGED * now:
             return opinion
         found = unconfirmed(opinion)
         return found if trial.clear else replace(found, probable=())
@@ -513,7 +513,7 @@ class Bench:
 
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
-SAME = 0.999
+UNCHANGED = 0.999
 """Of the present error held out; above it, adding a term has changed nothing."""
 LOWER = 0.97
 """A predicted error held out is called lower from this share of the present one on."""

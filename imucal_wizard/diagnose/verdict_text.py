@@ -22,7 +22,6 @@ from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped
-from imucal_wizard.model.effect import GYROSCOPE
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -387,10 +386,10 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     turned = () if diagnosis.report is None else diagnosis.report.rotations
     clipped = sum(is_clipped(one.problem) for one in turned)
-    if diagnosis.sensor == GYROSCOPE and clipped:
+    if clipped and "rotation" in diagnosis.lacking:
         sentences.append(
-            f"{clipped} of {len(turned)} rotations reach the end of the gyroscope's range and are "
-            f"not used: {CLIPPING_ADVICE[GYROSCOPE]}."
+            f"{clipped} of {len(turned)} rotations reach the end of the {diagnosis.sensor}'s range "
+            f"and are not used: {CLIPPING_ADVICE[diagnosis.sensor]}."
         )
     return sentences
 
