@@ -244,12 +244,6 @@ class Bench:
         return self._fits[-1]
 
     @property
-    def within_floor(self) -> bool:
-        """Whether the error held out is no larger than noise makes it."""
-        held_out, floor = self.fit.rms_held_out, self.fit.floor
-        return held_out is not None and floor is not None and held_out <= floor
-
-    @property
     def rows(self) -> ResidualTable:
         """The residual table of the present fit."""
         assert self.fit.rows is not None, "a bench's fit has rows"  # noqa: S101 (narrows the type)

@@ -6,7 +6,7 @@ measurements that would decide where these data do not.
 
 import numpy as np
 
-from imucal_wizard.core.quantities import quantity, size_with_unit
+from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
@@ -163,12 +163,11 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    left = f"More than noise is left: {_against_noise(bench)}."
-    if bench.within_floor:
-        left = (
-            f"The error is {_against_noise(bench)}, but what is left follows a pattern that noise "
-            "does not make."
-        )
+    times = number(_opinion(diagnosis).lack.ratio)
+    left = (
+        f"More than noise is left: the residuals are {times} times the measured noise. The error "
+        f"is {_against_noise(bench)}."
+    )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
@@ -207,10 +206,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
     elif opinion.shapeless:
-        none = (
-            f"It is {opinion.lack.ratio:.1f} times the noise within the holds, and no effect "
-            "tested here has its shape."
-        )
+        none = "No effect tested here has the shape of the misfit."
     elif known:
         none = f"No effect tested here explains what {known} leaves, so nothing more is named."
     else:
@@ -415,7 +411,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         else:
             sentences.append(
-                f"Visits to a pose differ by {repeats}, where the noise within a hold makes "
+                f"Visits to a pose differ by {repeats}, where the noise within a hold gives "
                 f"{within}: the reading does not repeat, or the error differs between poses that "
                 "are nearly alike."
             )
