@@ -356,14 +356,14 @@ def line(name: str, each: Sequence[Compared], wrong: int) -> str:
     for what in SHARES:
         one = next((one for one in each if one.what == what), None)
         if one is None:
-            row += f"{'at no size':>36}"
+            row += f"{'at no size':>39}"
             continue
         ratio, low, high = one.interval
         ratios = one.ratios()
         near = 100.0 * np.mean((ratios < RIGHT_SIZE) & (ratios > 1.0 / RIGHT_SIZE))
         ends = np.quantile(ratios, (0.1, 0.9))
         row += f"{f'{ratio:.2f} [{low:.2f}, {high:.2f}]':>19}{near:5.0f} %"
-        row += f"{f'{ends[0]:.2f}–{ends[1]:.2f}':>11}"
+        row += f"{f'{ends[0]:.2f}–{ends[1]:.2f}':>13}"
     return f"{row}{wrong:6d}"
 
 
@@ -390,8 +390,8 @@ def main() -> None:
     poses = "the same" if same_poses else "new"
     print(f"{asked.sensor}, {asked.design} poses, {poses} in each session of a device:")
     print(f"{given.devices} devices, {given.recordings} sessions of each, seed {given.seed}")
-    head = f"{'told/found [90 %]':>19}{'right':>7}{'middle 80 %':>11}"
-    print(f"{'hidden':<20}{head.replace('told', 'seen: told')}{head}{'wrong':>6}")
+    columns = f"{'right':>7}{'middle 80 %':>13}"
+    print(f"{'hidden':<20}{'seen told/found':>19}{columns}{'named told/found':>19}{columns} wrong")
     right: list[bool] = []
     with ProcessPoolExecutor(given.jobs) as pool:
         seeds = seeds_of(asked, given.seed, given.devices, given.recordings)
