@@ -147,16 +147,19 @@ class Detectability:
 
     @cached_property
     def _complete(self) -> Minimum[Experiment]:
-        """The fit with the likeliest effects, if it is likelier to lack something than nothing.
+        """The fit with the likeliest effects, if the model likely lacks them and nothing else.
 
-        What the model lacks would count as noise, and hide all but the largest effects.
+        What the model lacks would count as noise, and hide all but the largest effects. Where they
+        leave more than noise, no effect is named before that is found: it hides others as well.
         """
         likeliest = set(self._hypotheses.likeliest_effects(self._posterior))
-        lacks = self._posterior.single[0] < MAX_COMPLETE
         every = self._misfit.candidates
-        return self._misfit.with_effects(
-            [one for one in every if lacks and (one.term, one.variant) in likeliest]
-        )
+        chosen = [one for one in every if (one.term, one.variant) in likeliest]
+        if chosen and self._posterior.single[0] < MAX_COMPLETE:
+            columns = np.concatenate([one.columns for one in chosen], axis=1)
+            if self._misfit.lack_beside(columns).within_noise:
+                return self._misfit.with_effects(chosen)
+        return self._misfit.with_effects([])
 
     @cached_property
     def _suspects(self) -> FloatArray:
