@@ -120,6 +120,25 @@ def test_the_gyroscope_carries_the_mean_direction_of_a_swaying_hold_to_its_ends(
     assert not after[0].any()
 
 
+@pytest.mark.parametrize(
+    ("uneven", "bump", "turned"), [(0.7, 1.0, 0), (0.0, 1.0, 0), (0.0, 8.0, 1)]
+)
+def test_noise_that_differs_between_holds_turns_no_direction(
+    uneven: float, bump: float, turned: int
+) -> None:
+    """Only a hold that is far noisier than all others ends elsewhere than its mean direction."""
+    rng = np.random.default_rng(27)
+    sizes = np.exp(uneven * rng.standard_normal(30))
+    sizes[7] *= bump
+    holds = []
+    for size in sizes:
+        values = size * rng.standard_normal((150, 6))
+        series = [Series(np.arange(150) / 50.0, part, "rad/s") for part in np.hsplit(values, 2)]
+        holds.append(hold_from(BlockCutter(50.0).feed(Readings(*series))))
+    ends = rest_of(holds, np.eye(3)).end
+    assert np.flatnonzero(ends > 0.0).tolist() == [7] * turned
+
+
 def _sampled(sigma: float, seconds: float, rng: np.random.Generator, smooth: int = 1) -> Hold:
     """A hold at 50 Hz of white noise of this size, or of its running means."""
     count = round(50 * seconds)
