@@ -202,7 +202,7 @@ def add_location(parser: "argparse._ActionsContainer") -> None:
         "--latitude",
         type=_between(-90.0, 90.0, "a latitude; it lies between -90 and 90 degrees"),
         metavar="DEG",
-        help="gravity follows from the latitude (GRS 1980), degrees",
+        help="latitude in degrees, from which gravity follows (GRS 1980)",
     )
     parser.add_argument(
         "--height",
@@ -329,7 +329,7 @@ def add_all_samples(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--all-samples",
         action="store_true",
-        help="of a session: use everything received, also what was taken back in the wizard",
+        help="use all samples of a session, also those that were taken back in the wizard",
     )
 
 
@@ -420,8 +420,8 @@ def limits_of_use(arguments: argparse.Namespace) -> "Limits | None":
 
 SAVED_ABOUT = {
     "device": "name of the device, whose history keeps the calibration",
-    "serial": "its serial number",
-    "chip": "kind of its chip",
+    "serial": "serial number of the device",
+    "chip": "kind of chip",
     "place": "name of the place",
     "operator": "who measured",
     "note": "a note",

@@ -15,7 +15,7 @@ from imucal_wizard.core.quantities import quantity
 if TYPE_CHECKING:
     from imucal_wizard.report.exports import Exported, ExportSettings, ExportTarget
 
-USAGE = (("export CAL.json", "write it for another program, and check the file"),)
+USAGE = (("export CAL.json", "write a calibration for another program, and check the file"),)
 
 
 def parser() -> Parser:

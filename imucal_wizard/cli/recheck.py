@@ -63,7 +63,7 @@ def parser() -> Parser:
     device.add_argument(
         "--auto", action="store_true", help="the virtual IMU, moved by the virtual hand"
     )
-    device.add_argument("--quit", action="store_true", help="leave once the verdict is known")
+    device.add_argument("--quit", action="store_true", help="quit once the verdict is known")
     add_speed(device, "the virtual IMU")
     add_sensor(device)
     add_json(made)

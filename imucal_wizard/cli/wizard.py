@@ -33,7 +33,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.tui.options import WizardOptions
 
 USAGE = (
-    ("", "open the wizard (on the virtual IMU unless a port is given)"),
+    ("", "open the wizard, and choose a source"),
     ("--magnetometer", "the same with a magnetometer in the virtual IMU"),
     ("--port PORT", "the wizard on a serial port or URL"),
     ("--replay FILE...", "the wizard on a recording or session"),
@@ -91,9 +91,9 @@ def _add_virtual(virtual: "argparse._ArgumentGroup") -> None:
     virtual.add_argument(
         "--auto", action="store_true", help="let the virtual hand perform the whole procedure"
     )
-    virtual.add_argument("--quit", action="store_true", help="leave when the result is saved")
+    virtual.add_argument("--quit", action="store_true", help="quit once the result is saved")
     virtual.add_argument(
-        "--magnetometer", action="store_true", help="with a magnetometer and its step"
+        "--magnetometer", action="store_true", help="simulate a magnetometer, too, and add its step"
     )
     add_sensor(virtual)
     add_exercise(

@@ -134,7 +134,7 @@ def test_noise_that_differs_between_holds_turns_no_direction(
     for size in sizes:
         values = size * rng.standard_normal((150, 6))
         series = [Series(np.arange(150) / 50.0, part, "rad/s") for part in np.hsplit(values, 2)]
-        holds.append(hold_from(BlockCutter(50.0).feed(Readings(*series))))
+        holds.append(hold_from(BlockCutter(50.0).feed(Readings(series[0], series[1]))))
     ends = rest_of(holds, np.eye(3)).end
     assert np.flatnonzero(ends > 0.0).tolist() == [7] * turned
 

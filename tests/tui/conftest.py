@@ -11,6 +11,7 @@ from textual.css.stylesheet import Stylesheet
 
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings
+from imucal_wizard.diagnose import significance
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.recording import fit_readings
@@ -18,6 +19,9 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.estimate.whole_session import Session
+
+SIMULATIONS = significance.SIMULATIONS
+"""As the program makes them: imported before any test makes fewer."""
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -89,12 +93,20 @@ def aligned(turned: Readings) -> FitReport:
     return fit_readings(turned)
 
 
+def looked_at(benches: Benches, *each: Bench) -> Benches:
+    """Benches whose snapshots are made with all simulations, whichever test asks first."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(significance, "SIMULATIONS", SIMULATIONS)
+        for bench in each:
+            bench_snapshot(benches, bench)
+    return benches
+
+
 @pytest.fixture(scope="session")
 def bent_benches(bent: FitReport) -> Benches:
     """The benches of the accelerometer that bends, as it is shown."""
     benches = Benches(bent)
-    bench_snapshot(benches, benches.accelerometer)
-    return benches
+    return looked_at(benches, benches.accelerometer)
 
 
 @pytest.fixture(scope="session")
@@ -103,9 +115,7 @@ def sagging_benches(sagging: FitReport) -> Benches:
     benches = Benches(sagging)
     bench = benches.bench("gyroscope")
     assert bench is not None
-    for one in (benches.accelerometer, bench):
-        bench_snapshot(benches, one)
-    return benches
+    return looked_at(benches, benches.accelerometer, bench)
 
 
 @pytest.fixture
