@@ -49,18 +49,9 @@ def mean_directions(up: FloatArray, labels: IntArray) -> FloatArray:
 
 
 def even_directions(count: int) -> FloatArray:
-    """Directions spread evenly over the sphere (Fibonacci lattice), shape (count, 3)."""
-    index = np.arange(count) + 0.5
-    z = 1.0 - 2.0 * index / count
-    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
-    ring = np.sqrt(1.0 - z * z)
-    return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+    """Directions spread evenly over the sphere, as are any that follow one another, (count, 3).
 
-
-def spread_directions(count: int) -> FloatArray:
-    """Directions of which the first few are spread evenly over the sphere, too, shape (count, 3).
-
-    Along z and about it they follow the additive sequence of the plastic number ρ³ = ρ + 1.
+    Along z and about it they are the additive sequence of the plastic number, ``ρ³ = ρ + 1``.
     """
     index, step = np.arange(count) + 0.5, 1.3247179572447460
     z, turn = 1.0 - 2.0 * (index / step % 1.0), 2.0 * np.pi * index / step**2

@@ -7,9 +7,11 @@ distribution of the error of a corrected reading in any direction.
 
 With the whitened columns B of the model and C of an effect of size s, the fit moves by
 ``δ = −N⁻¹ Bᵀ (C s + n)``, ``N = BᵀB + prior``, and a new row without noise is off by
-``C' s + B' δ``. Its square is taken as a scaled chi square with the same mean and variance. What
-the base has beyond that (parameters that the directions do not determine, errors that the rows
-share) adds to it, see ``Experiment.unseen``.
+``C' s + B' δ``. The noise n wanders as far as the rows leave it open, about its mean over the
+session (see ``random_walk``): that moves the base more than rows that are independent. The square
+of the error is taken as a scaled chi square with the same mean and variance. What the base has
+beyond that (parameters that the directions do not determine, errors that the rows share) adds to
+it, see ``Experiment.unseen``.
 """
 
 from collections.abc import Iterator
@@ -17,12 +19,13 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.directions import spread_directions
+from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.statistics import normal_below
 from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.random_walk import walk_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
-from imucal_wizard.estimate.distributions import normal_below
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.model.rows.source import Parameters, Rows
@@ -31,9 +34,9 @@ from imucal_wizard.model.terms import Term, Terms
 
 COVERED_SHARE = 0.95
 """Share of directions and of explanations, by their probability, in which the error is smaller."""
-DIRECTIONS = spread_directions(160)
-"""Enough that the last twentieth of them is a few. One in the order of another is in no order of
-the holds or rotations, which are taken in turn: what changes with time is met in all directions."""
+DIRECTIONS = even_directions(160)
+"""Enough that one in twenty is several of them. Holds and rotations are taken in turn, and each of
+them in directions all over the sphere."""
 MIN_LIKELY_SHARE = 3e-4
 """Explanations less likely than this are left out, a few per cent of the probability in all."""
 HALVINGS = 24
@@ -66,6 +69,8 @@ def could_be(
     # B'·δ for one unit of noise in each row
     absorbed = -base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
     noise = (absorbed**2).sum(axis=1)
+    square = posterior.noise.sum(axis=1) @ np.array(hypotheses.frame.wanders) ** 2
+    slow = square * ((absorbed @ walk_of(misfit)) * absorbed).sum(axis=1)
     candidates = {(one.term, one.variant): one for one in misfit.candidates}
 
     @cache
@@ -91,7 +96,9 @@ def could_be(
         patterns = np.concatenate([one.patterns for one in members], axis=1)
         for part, found, root in _sizes(patterns, (spreads, often), coordinates, weights, sigma):
             mean = columns @ found
-            variance = ((columns @ root) ** 2).sum(axis=1) + sigma**2 * noise + unseen
+            # an experiment that knows slow errors of its rows has them in what is unseen
+            beyond = sigma**2 * noise + np.maximum(sigma**2 * slow, unseen)
+            variance = ((columns @ root) ** 2).sum(axis=1) + beyond
             shares.append(share * part)
             means.append(np.bincount(item, mean**2 + variance))
             squares.append(np.bincount(item, 2.0 * variance**2 + 4.0 * mean**2 * variance))

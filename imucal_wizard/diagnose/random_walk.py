@@ -31,7 +31,7 @@ FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
 """The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
 MIN_WANDER_SHARE = 1e-3
-"""Probability below which a wander that is larger than all likely ones is left out."""
+"""Probability below which a wander of the noise is left out."""
 WHITE_NOISE_SHARE = 0.6
 """Share of sensors whose noise between holds is that within them."""
 
@@ -128,7 +128,7 @@ class Frame:
 def frame_of(misfit: WhitenedResiduals) -> Frame:
     """The frame of a misfit."""
     across = complement(misfit.base)
-    values, vectors = np.linalg.eigh(across.T @ _walk_of(misfit) @ across)
+    values, vectors = np.linalg.eigh(across.T @ walk_of(misfit) @ across)
     count = len(WANDERS) if values.size and values[-1] > 1e-3 else 1
     prior = np.array(WANDER_PRIOR[:count])
     return Frame(
@@ -139,10 +139,12 @@ def frame_of(misfit: WhitenedResiduals) -> Frame:
     )
 
 
-def _walk_of(misfit: WhitenedResiduals) -> FloatArray:
-    """Covariance of the whitened rows by a wander of one, from the first row on, shape (n, n)."""
+def walk_of(misfit: WhitenedResiduals) -> FloatArray:
+    """Covariance of the whitened rows by a wander of one about its mean over them, (n, n)."""
     minutes = (misfit.time - misfit.time.min()) / 60.0
-    walked = (misfit.lever @ misfit.lever.T) * np.minimum(minutes[:, None], minutes)
+    walked = np.minimum(minutes[:, None], minutes)
+    walked -= walked.mean(axis=0)
+    walked = (misfit.lever @ misfit.lever.T) * (walked - walked.mean(axis=1)[:, None])
     seen = misfit.kind != RowKind.ROTATION
     usual = median(misfit.sigma[seen]) if seen.any() else 1.0
     return np.asarray(usual**2 * misfit.whitened(misfit.whitened(walked).T))
@@ -188,7 +190,7 @@ def with_random_walk(fit: SensorFit, misfit: WhitenedResiduals) -> SensorFit:
     places = [table.names.index(name) for name in names]
     estimate = np.linalg.pinv(normal, hermitian=True)[places] @ white.T
     estimate = table.independent.scaled(np.sqrt(table.noise / table.variance), estimate.T).T
-    added = _wander(misfit) * (estimate @ _walk_of(misfit)) @ estimate.T
+    added = _wander(misfit) * (estimate @ walk_of(misfit)) @ estimate.T
     wider = np.sqrt(np.diag(fit.size_covariance) + np.diag(added))
     errors = dict(zip(names, wider, strict=True))
     ends = np.cumsum([len(size) for size in fit.sizes])[:-1]

@@ -1,12 +1,12 @@
 """Resolution of readings: the size of their steps, and the effect on noise and averages."""
 
-import math
 from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.statistics import normal_below
 
 STEP_SLICES = 20
 SAMPLES_PER_SLICE = 20_000
@@ -155,8 +155,7 @@ def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
         one.ravel() for one in np.meshgrid(np.geomspace(0.01, 0.7, 150), np.linspace(0.0, 0.5, 51))
     )
     below = np.arange(-6, 7)
-    edges = (below + 0.5 - place[:, None]) / (np.sqrt(2.0) * sigma[:, None])
-    passed = 0.5 + 0.5 * np.array([math.erf(one) for one in edges.ravel()]).reshape(edges.shape)
+    passed = normal_below((below + 0.5 - place[:, None]) / sigma[:, None])
     share = np.diff(passed, prepend=0.0, append=1.0)
     steps = np.append(below, below[-1] + 1)
     mean = share @ steps
