@@ -133,8 +133,11 @@ def test_noise_that_differs_between_holds_turns_no_direction(
     holds = []
     for size in sizes:
         values = size * rng.standard_normal((150, 6))
-        series = [Series(np.arange(150) / 50.0, part, "rad/s") for part in np.hsplit(values, 2)]
-        holds.append(hold_from(BlockCutter(50.0).feed(Readings(series[0], series[1]))))
+        time = np.arange(150) / 50.0
+        readings = Readings(
+            Series(time, values[:, :3], "m/s^2"), Series(time, values[:, 3:], "rad/s")
+        )
+        holds.append(hold_from(BlockCutter(50.0).feed(readings)))
     ends = rest_of(holds, np.eye(3)).end
     assert np.flatnonzero(ends > 0.0).tolist() == [7] * turned
 
