@@ -34,12 +34,12 @@ from imucal_wizard.model.terms import Term, Terms
 
 COVERED_SHARE = 0.95
 """Share of directions and of explanations, by their probability, in which the error is smaller."""
-DIRECTIONS = even_directions(160)
-"""Enough that one in twenty is several of them. Holds and rotations are taken in turn, and each of
-them in directions all over the sphere."""
-MIN_LIKELY_SHARE = 3e-4
-"""Explanations less likely than this are left out, a few per cent of the probability in all."""
-HALVINGS = 24
+DIRECTIONS = even_directions(240)
+"""Enough that one in twenty is several of them. Each hold or rotation of the session has some that
+follow one another: what changes with time is met all over the sphere."""
+MIN_LIKELY_SHARE = 1e-4
+"""Explanations less likely than this are left out, about one per cent of the probability in all."""
+HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
 """Probability of noise and effects together below which the catalogue says nothing."""
@@ -96,7 +96,7 @@ def could_be(
         patterns = np.concatenate([one.patterns for one in members], axis=1)
         for part, found, root in _sizes(patterns, (spreads, often), coordinates, weights, sigma):
             mean = columns @ found
-            # an experiment that knows slow errors of its rows has them in what is unseen
+            # some experiments have the slow noise in what is unseen: it counts once
             beyond = sigma**2 * noise + np.maximum(sigma**2 * slow, unseen)
             variance = ((columns @ root) ** 2).sum(axis=1) + beyond
             shares.append(share * part)

@@ -9,7 +9,7 @@ from scipy import special, stats
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
+from imucal_wizard.estimate.distributions import exceeded, normal_below, quantile, two_sided
 from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise, rest_of
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.estimate.rotation_set import RotationSet
@@ -44,6 +44,12 @@ def test_fishers_f_is_scipys(above: int, below: int) -> None:
         assert exceeded(ratio, above, below) == pytest.approx(expected, rel=1e-9, abs=1e-14)
     assert exceeded(0.0, above, below) == 1.0
     assert exceeded(np.inf, above, below) == 0.0
+
+
+def test_the_normal_distribution_is_scipys() -> None:
+    """Probabilities within 0.0002, of any number of standard deviations."""
+    deviations = np.append(np.linspace(-9.0, 9.0, 200), [-1e12, 1e12])
+    assert normal_below(deviations) == pytest.approx(special.ndtr(deviations), abs=2e-4)
 
 
 def test_few_degrees_of_freedom_reach_further() -> None:
