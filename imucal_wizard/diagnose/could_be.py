@@ -21,7 +21,14 @@ import numpy as np
 
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
-from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
+from imucal_wizard.diagnose.hypotheses import (
+    EFFECT,
+    NOTHING,
+    PAIR,
+    PAIR_SPREAD,
+    PRIOR,
+    Hypothesis,
+)
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import walk_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
@@ -39,6 +46,13 @@ DIRECTIONS = even_directions(240)
 follow one another: what changes with time is met all over the sphere."""
 MIN_LIKELY_SHARE = 1e-4
 """Explanations less likely than this are left out, about one per cent of the probability in all."""
+_WITH_EFFECT = (PRIOR[EFFECT] + PRIOR[PAIR]) / (PRIOR[NOTHING] + PRIOR[EFFECT] + PRIOR[PAIR])
+TRULY = {
+    NOTHING: 1.0 - _WITH_EFFECT,
+    EFFECT: 1.0 + _WITH_EFFECT * PRIOR[NOTHING] / PRIOR[EFFECT],
+}
+"""Probability of there being nothing, and an effect, over that of a session that could show it. A
+sensor that shows nothing has effects as often as others, only that they do not show."""
 HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
@@ -118,7 +132,8 @@ def _likely(
     for place in np.flatnonzero(posterior.single > MIN_LIKELY_SHARE):
         one = hypotheses.single[place]
         if one.kind in (NOTHING, EFFECT):
-            found = float(posterior.single[place]), float(posterior.sigma[place])
+            share = TRULY[one.kind] * float(posterior.single[place])
+            found = share, float(posterior.sigma[place])
             yield [one], np.array(one.spreads), np.array(one.shares), *found
     pairs = hypotheses.pairs
     for place in np.flatnonzero(posterior.paired > MIN_LIKELY_SHARE):
