@@ -11,7 +11,8 @@ sessions is the same as five of 1,000 with seeds 1,000 apart.
 
 Where few directions leave angles of the accelerometer undetermined, the accelerometer is drawn anew
 with errors of usual size, and the bound takes these sizes as known. Where the bias wanders, the
-truth is its mean over the session and the bound is that without the wandering.
+truth is its mean over the session and the bound is that without the wandering; so it is without
+the steps where readings come in steps.
 
 The last column is the share of sessions whose interval of the error held out holds the rms closure
 of new rotations: their noise and, linear in the errors of both calibrations, what these make of it.
@@ -19,7 +20,7 @@ of new rotations: their noise and, linear in the errors of both calibrations, wh
 
 import sys
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation as Attitude
@@ -76,6 +77,8 @@ class Device:
         jitter: the same of the gyroscope, °/s.
         flicker: Allan deviation at 10 s of the gyroscope's wandering bias, °/s.
         rest: a long rest after all, s.
+        step: of the gyroscope's readings, °/s; in each session another one by up to 5 %, with zero
+            anywhere in it.
     """
 
     name: str
@@ -90,6 +93,7 @@ class Device:
     jitter: float = 0.0
     flicker: float = 0.0
     rest: float = 0.0
+    step: float = 0.0
 
 
 _EIGHT = EIGHTEEN[[0, 6, 1, 2, 13, 3, 4, 5]]
@@ -102,11 +106,15 @@ DEVICES = (
     Device("26 poses, 12 turns, 1 mg, 10 samples", TWENTY_SIX, 12, 10, 1.0),
     Device("26 poses, 12 turns, 1 mg, uneven axes", TWENTY_SIX, 12, 150, 1.0, (0.015, 0.03, 0.1)),
     Device("18 poses, 12 turns, uneven by 0.7", EIGHTEEN, 12, 150, 1.0, uneven=0.7),
+    Device("18 poses, 12 turns, uneven by 1.0", EIGHTEEN, 12, 150, 1.0, uneven=1.0),
     Device("26 poses, 12 turns, 0.3 mg per hold", TWENTY_SIX, 12, 150, 1.0, scatter=0.3),
     Device("26 poses, 12 turns, 0.004 °/s per hold", TWENTY_SIX, 12, 150, 1.0, jitter=0.004),
     Device("18 poses, 12 turns, flicker 5 °/h", EIGHTEEN, 12, 150, 1.0, flicker=0.0015),
     Device("26 poses, 12 turns, flicker 20 °/h", TWENTY_SIX, 12, 150, 1.0, flicker=0.006),
     Device("18 poses, flicker 20 °/h, 2 min rest", EIGHTEEN, 12, 150, 1.0, flicker=0.006, rest=120),
+    Device("18 poses, 12 turns, steps of 0.075 °/s", EIGHTEEN, 12, 150, 1.0, step=0.075),
+    Device("18 poses, 12 turns, steps of 0.12 °/s", EIGHTEEN, 12, 150, 1.0, step=0.12),
+    Device("18 poses, 12 turns, steps of 0.5 °/s", EIGHTEEN, 12, 150, 1.0, step=0.5),
     Device("6 directions, each 5 times, 1 mg", np.tile(SIX, (5, 1)), 0, 150, 1.0, drawn=True),
     Device("8 directions, each 4 times, 1 mg", np.tile(_EIGHT, (4, 1)), 0, 150, 1.0, drawn=True),
 )
@@ -234,7 +242,36 @@ class Session:
             inside = GRAVITY * motion.up @ self.accelerometer.sensitivity.T
             inside = inside + self.accelerometer.bias
             rotations.append(Rotation(before, after, time, reading, accelerometer=inside))
-        return holds, rotations
+        return self._in_steps(holds, rotations, rng) if device.step else (holds, rotations)
+
+    def _in_steps(
+        self, holds: list[Hold], rotations: list[Rotation], rng: np.random.Generator
+    ) -> tuple[list[Hold], list[Rotation]]:
+        """The session with the gyroscope's readings in steps, its rests drawn anew."""
+        step = np.radians(self.device.step) * rng.uniform(0.95, 1.05)
+        zero, found = step * rng.uniform(size=3), []
+
+        def rounded(values: FloatArray) -> FloatArray:
+            return np.asarray(zero + step * np.round((values - zero) / step))
+
+        for hold, level in zip(holds, self.levels, strict=True):
+            noise = level * np.radians(self.device.rate) * rng.standard_normal((hold.samples, 3))
+            values = rounded(self.gyroscope.bias + noise)
+            each = hold.samples // BATCHES
+            batches = values[: each * BATCHES].reshape(BATCHES, each, 3).mean(axis=1)
+            covariance = np.cov(batches.T) / BATCHES
+            single = values.var(axis=0, ddof=1) / hold.samples
+            mean = values.mean(axis=0)
+            found.append(
+                replace(
+                    hold,
+                    gyroscope=mean,
+                    gyroscope_covariance=covariance,
+                    gyroscope_scatter=single,
+                )
+            )
+        pairs = zip(rotations, found[:-1], found[1:], strict=True)
+        return found, [replace(r, before=a, after=b, rate=rounded(r.rate)) for r, a, b in pairs]
 
     @property
     def _tilts(self) -> FloatArray:
@@ -526,7 +563,7 @@ def main(sessions: int, seed: int, only: str = "") -> None:
         if only not in device.name:
             continue
         outcome = studied(device, sessions, seed)
-        closed = "–" if device.flicker else f"{100 * outcome.closed:.1f} %"
+        closed = "–" if device.flicker or device.step else f"{100 * outcome.closed:.1f} %"
         for group in GROUPS:
             mean, worst, least, most = outcome.group(group)
             inside = f"{100 * least:.1f}–{100 * most:.1f} %"

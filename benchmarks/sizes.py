@@ -1,27 +1,32 @@
 """Whether the sizes that are reported are right: ``python -m benchmarks.sizes``.
 
-From each session with nothing hidden the program tells the size of an effect at which a misfit
-is seen (some suspect has p ≤ 0.01) in 95 of 100 other recordings of such a device by the same
-procedure, and the size at which the family is named in 90 of 100. The size that is found is the
-95th or 90th centile, over all sessions of the study, of the size from which the program sees or
-names the effect, hidden by the simulator. Sessions differ in device, poses, their order, and noise;
-the devices differ in their errors, not in their noise. What the program says at other sizes than
-the one hidden follows from the misfits without the effect and with it, which are linear in it.
+In a session with nothing hidden the program tells from which size it sees an effect (some suspect
+has p ≤ 0.01) in 95 of 100 sessions like this one, and from which it names the family in 90 of 100.
+Each of several devices has several sessions, with the same poses at the same times and
+temperatures and with new noise. The size that is found is the 95th or 90th centile of the sizes
+from which the program sees or names the effect, hidden by the simulator, in these sessions; the
+devices are put together in units of the median size that is told of each. What the program says at
+other sizes than the one hidden follows from the misfits without the effect and with it, which are
+linear in the size. Scales and biases are new in each session of the accelerometer, and the noise of
+all devices is alike.
 
 The table has, for each effect, the median of told over found with its 90 % interval (bootstrap over
 the sessions), the share of tellings within 20 % of the size found, and told over found of the
-middle 80 % of the tellings: the scatter from one recording to the next. The last column counts the
+middle 80 % of the tellings: the scatter from one session to the next. The last column counts the
 sessions in which another family was named at any size that was tried.
 
     --sensor       accelerometer (hold means, as in ``hidden_effects``), gyroscope (raw recordings
                    through the whole program) or magnetometer (as in ``hidden_magnetometer``)
     --design       18 or 26+12 poses
-    --recordings   sessions
+    --devices      number of devices; --recordings sessions of each
+    --any-poses    the poses are drawn anew in each session, and the size found is that of all of
+                   them; always so for the gyroscope
     --seed         of the study; other seeds give other sessions
     --only         part of an effect's name; --colour of the accelerometer's noise
 """
 
 import argparse
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -31,7 +36,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.complete import interval
-from benchmarks.hidden.designs import PLANS
+from benchmarks.hidden.designs import PLANS, drawn_schedule
 from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.recording import record
@@ -79,11 +84,13 @@ class Asked:
         sensor: name of the sensor.
         design: poses of a session.
         colour: of the accelerometer's noise.
+        same_poses: whether all sessions of a device have the same poses, times and temperatures.
     """
 
     sensor: str
     design: str
     colour: str = "consumer"
+    same_poses: bool = True
 
 
 @dataclass(frozen=True)
@@ -99,17 +106,21 @@ class Told:
     setting: float | None
 
 
+Seeds = tuple[int, int]
+"""Of a device with its poses, and of the noise of a session."""
+
+
 @dataclass(frozen=True)
 class Session:
-    """One session with nothing hidden.
+    """One session, mostly with nothing hidden.
 
     Attributes:
-        seed: of the session.
+        seeds: of the device, and of the session.
         left: what the fit leaves, whitened, shape (n,).
         told: what the program tells of each effect.
     """
 
-    seed: int
+    seeds: Seeds
     left: FloatArray
     told: dict[str, Told]
 
@@ -130,35 +141,43 @@ class Least:
 
 
 def misfit_of(
-    asked: Asked, seed: int, hidden: Sequence[Hidden] = (), setting: float | None = None
+    asked: Asked, seeds: Seeds, hidden: Sequence[Hidden] = (), setting: float | None = None
 ) -> WhitenedResiduals | None:
     """What the fit of a session leaves; None where there is none.
 
     Args:
         asked: what is studied.
-        seed: of the session: device, poses and noise.
+        seeds: of the device, and of the session.
         hidden: the effects.
         setting: of the effects, s.
     """
     if asked.sensor == GYROSCOPE:
+        # the hand and the noise have one seed
         poses = "26+repeats" if asked.design == "26+12" else "18"
-        bench = benches_of(seed, GRADE, hidden, poses).bench(GYROSCOPE)
+        own = int(np.random.default_rng(seeds).integers(2**31))
+        bench = benches_of(own, GRADE, hidden, poses, device=seeds[0]).bench(GYROSCOPE)
         return None if bench is None else bench.look().misfit
+    rng, of_poses = np.random.default_rng(seeds), seeds[0] if asked.same_poses else sum(seeds)
     if asked.sensor == ACCELEROMETER:
         plan, colour = PLANS[asked.design], COLOURS[asked.colour]
-        rng = np.random.default_rng([seed])
-        return left_over(measured_of(record(plan, colour, hidden, rng, setting=setting)))
-    session = sessions.session_of(
-        sessions.REPEATED if asked.design == "26+12" else sessions.STANDARD, seed
-    )
-    rng = np.random.default_rng([seed, 0])
+        schedule = drawn_schedule(plan, np.random.default_rng(of_poses))
+        recorded = record(plan, colour, hidden, rng, setting=setting, schedule=schedule)
+        return left_over(measured_of(recorded))
+    field_plan = sessions.REPEATED if asked.design == "26+12" else sessions.STANDARD
+    session = sessions.session_of(field_plan, of_poses)
     data = of_field.record(session, of_field.CONSUMER, hidden, rng)
     return field_trials.left_over(data, fit(data))
 
 
-def session_told(asked: Asked, terms: Sequence[str], seed: int) -> Session | None:
-    """What the program tells of a session with nothing hidden."""
-    misfit = misfit_of(asked, seed)
+def session_told(
+    asked: Asked,
+    terms: Sequence[str],
+    seeds: Seeds,
+    hidden: Sequence[Hidden] = (),
+    setting: float | None = None,
+) -> Session | None:
+    """What the program tells of some effects in a session; see ``misfit_of``."""
+    misfit = misfit_of(asked, seeds, hidden, setting)
     if misfit is None:
         return None
     hypotheses = hypothesis_set(misfit)
@@ -168,7 +187,7 @@ def session_told(asked: Asked, terms: Sequence[str], seed: int) -> Session | Non
         for one in suspects
         if one.term in terms and one.sized is not None
     }
-    return Session(seed, misfit.residual, told)
+    return Session(seeds, misfit.residual, told)
 
 
 def usual_sizes(term: str, sensor: str, every: Sequence[Told]) -> dict[str, FloatArray]:
@@ -195,14 +214,13 @@ def least_sizes(
         session: the session.
     """
     parameters = effect(term).parameters(asked.sensor)
-    rng = np.random.default_rng([session.seed, *map(ord, term)])
+    rng = np.random.default_rng([*session.seeds, *map(ord, term)])
     shown = np.flatnonzero(np.isfinite(usual[SEEN]))
     place, sign = int(rng.choice(shown)), float(rng.choice((-1.0, 1.0)))
     axes = tuple("xyz".index(letter) for letter in parameters[place].name)
     size = max(float(each[place]) for each in usual.values() if np.isfinite(each[place]))
-    misfit = misfit_of(
-        asked, session.seed, [Hidden(asked.sensor, term, sign * size, axes)], setting
-    )
+    hidden = [Hidden(asked.sensor, term, sign * size, axes)]
+    misfit = misfit_of(asked, session.seeds, hidden, setting)
     if misfit is None or len(misfit) != len(session.left):
         return None
     moved = misfit.residual - session.left
@@ -236,11 +254,11 @@ def least_factor(met: Callable[[float], bool]) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Told and found of n sessions, in units of the usual size of the parameter.
+    """Told and found of n sessions, in units of the usual size of the device and parameter.
 
     Attributes:
         what: ``seen`` or ``named``.
-        told: of p parameters, shape (n, p).
+        told: of p parameters, NaN where they do not show, shape (n, p).
         found: the least size of the parameter that was hidden, shape (n,).
     """
 
@@ -252,7 +270,9 @@ class Compared:
         """Told over found, of each telling of some sessions."""
         from scipy.stats.mstats import hdquantiles  # takes long to import
 
-        return self.told[own].ravel() / float(hdquantiles(self.found[own], SHARES[self.what])[0])
+        told = self.told[own]
+        found = float(hdquantiles(self.found[own], SHARES[self.what])[0])
+        return np.asarray(told[~np.isnan(told)] / found)
 
     @cached_property
     def interval(self) -> tuple[float, float, float]:
@@ -270,58 +290,52 @@ class Compared:
         return low < RIGHT_SIZE and high > 1.0 / RIGHT_SIZE
 
 
-def compared(
-    usual: dict[str, FloatArray], told: Sequence[Told], least: Sequence[Least]
-) -> list[Compared]:
-    """Told and found of one effect.
-
-    Args:
-        usual: sizes of each parameter.
-        told: what each session tells.
-        least: what was found in it.
-    """
-    made = []
-    for what, sizes in usual.items():
-        shown = np.isfinite(sizes)
-        own = np.array([shown[one.place] for one in least])
-        if not own.any():
-            continue
-        every = np.array([one.sizes[what][shown] for one in told])[own] / sizes[shown]
-        found = np.array([one.sizes[what] / sizes[one.place] for one in least])[own]
-        made.append(Compared(what, every, found))
-    return made
+def of_device(
+    asked: Asked, term: str, every: Sequence[Session], over: Over
+) -> Iterator[tuple[dict[str, FloatArray], Told, Least]]:
+    """The usual sizes of one effect on a device, and what is told and found in each session."""
+    every = [one for one in every if term in one.told]
+    told = [one.told[term] for one in every]
+    usual = usual_sizes(term, asked.sensor, told)
+    if not np.isfinite(usual.get(SEEN, np.inf)).any():
+        return
+    settings = [one.setting for one in told if one.setting is not None]
+    setting = float(np.median(settings)) if settings else None
+    work = partial(least_sizes, asked, term, usual, setting)
+    for one, least in zip(told, over(work, every), strict=True):
+        if least is not None:
+            yield usual, one, least
 
 
 def study(
-    asked: Asked, terms: Sequence[str], seeds: Sequence[int], over: Over = map
+    asked: Asked, terms: Sequence[str], seeds: Sequence[Seeds], over: Over = map
 ) -> Iterator[tuple[str, list[Compared], int]]:
     """Of each effect what is told and found, and in how many sessions another one was named.
 
     Args:
         asked: what is studied.
         terms: the effects.
-        seeds: of the sessions.
+        seeds: of the devices and sessions.
         over: calls a function for each of several values, as ``map`` does.
     """
     every = [one for one in over(partial(session_told, asked, terms), seeds) if one is not None]
+    groups: dict[int, list[Session]] = defaultdict(list)
+    for session in every:
+        groups[session.seeds[0] if asked.same_poses else 0].append(session)
     for term in terms:
-        sessions_with = [one for one in every if term in one.told]
-        if not sessions_with:
-            continue
-        told = [one.told[term] for one in sessions_with]
-        usual = usual_sizes(term, asked.sensor, told)
-        if not np.isfinite(usual[SEEN]).any():
-            continue
-        settings = [one.setting for one in told if one.setting is not None]
-        setting = float(np.median(settings)) if settings else None
-        work = partial(least_sizes, asked, term, usual, setting)
-        both = [
-            (one, least)
-            for one, least in zip(told, over(work, sessions_with), strict=True)
-            if least is not None
-        ]
-        told, found = [one for one, _ in both], [least for _, least in both]
-        yield term, compared(usual, told, found), sum(least.wrong for least in found)
+        found = [one for group in groups.values() for one in of_device(asked, term, group, over)]
+        each = []
+        for what in SHARES:
+            unit = [np.where(np.isfinite(usual[what]), usual[what], np.nan) for usual, *_ in found]
+            told = [one.sizes[what] / own for own, (_, one, _) in zip(unit, found, strict=True)]
+            least = [
+                one.sizes[what] / own[one.place] for own, (*_, one) in zip(unit, found, strict=True)
+            ]
+            shown = np.isfinite(least)
+            if shown.any():
+                each.append(Compared(what, np.array(told)[shown], np.array(least)[shown]))
+        if each:
+            yield term, each, sum(least.wrong for *_, least in found)
 
 
 def terms_of(sensor: str) -> list[str]:
@@ -329,10 +343,11 @@ def terms_of(sensor: str) -> list[str]:
     return [one.name for one in effects_for(sensor) if one.name not in {*NEVER, ALIGNED}]
 
 
-def seeds_of(asked: Asked, seed: int, count: int) -> list[int]:
-    """Seeds of the sessions of a study."""
+def seeds_of(asked: Asked, seed: int, devices: int, sessions_of_each: int) -> list[Seeds]:
+    """Seeds of the devices and sessions of a study."""
     rng = np.random.default_rng([seed, *map(ord, asked.sensor + asked.design)])
-    return [int(one) for one in rng.integers(2**31, size=count)]
+    drawn = [int(one) for one in rng.integers(2**30, size=devices)]
+    return [(one, number) for one in drawn for number in range(sessions_of_each)]
 
 
 def line(name: str, each: Sequence[Compared], wrong: int) -> str:
@@ -360,21 +375,26 @@ def main() -> None:
     parser.add_argument("--sensor", default=ACCELEROMETER, choices=SENSORS)
     parser.add_argument("--design", default="26+12", choices=("18", "26+12"))
     parser.add_argument("--colour", default="consumer", choices=sorted(COLOURS))
-    parser.add_argument("--recordings", type=int, default=60)
+    parser.add_argument("--devices", type=int, default=10)
+    parser.add_argument("--recordings", type=int, default=6)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--only", action="append", default=[], help="part of an effect's name")
+    parser.add_argument("--any-poses", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
-    asked = Asked(given.sensor, given.design, given.colour)
+    same_poses = not given.any_poses and given.sensor != GYROSCOPE
+    asked = Asked(given.sensor, given.design, given.colour, same_poses)
     words = given.only or [""]
     terms = [term for term in terms_of(asked.sensor) if any(word in term for word in words)]
     print(machine())
-    print(f"{asked.sensor}, {asked.design} poses, {given.recordings} sessions, seed {given.seed}")
+    poses = "the same" if same_poses else "new"
+    print(f"{asked.sensor}, {asked.design} poses, {poses} in each session of a device:")
+    print(f"{given.devices} devices, {given.recordings} sessions of each, seed {given.seed}")
     head = f"{'told/found [90 %]':>19}{'right':>7}{'middle 80 %':>11}"
     print(f"{'hidden':<20}{head.replace('told', 'seen: told')}{head}{'wrong':>6}")
     right: list[bool] = []
     with ProcessPoolExecutor(given.jobs) as pool:
-        seeds = seeds_of(asked, given.seed, given.recordings)
+        seeds = seeds_of(asked, given.seed, given.devices, given.recordings)
         for term, each, wrong in study(asked, terms, seeds, pool.map):
             right += [1.0 / RIGHT_SIZE < one.interval[0] < RIGHT_SIZE for one in each]
             print(line(term, each, wrong), flush=True)

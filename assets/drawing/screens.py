@@ -70,7 +70,6 @@ def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
     subprocess.run(made, check=True, capture_output=True)
     with Terminal(program("bench", recording), COLUMNS, ROWS) as terminal:
         terminal.wait_for("size ± error", timeout=120.0)
-        terminal.press("\t")
         terminal.wait_for("force along y")
         yield "bench", terminal
         terminal.press("\r")

@@ -244,12 +244,6 @@ class Bench:
         return self._fits[-1]
 
     @property
-    def within_floor(self) -> bool:
-        """Whether the error held out is no larger than noise makes it."""
-        held_out, floor = self.fit.rms_held_out, self.fit.floor
-        return held_out is not None and floor is not None and held_out <= floor
-
-    @property
     def rows(self) -> ResidualTable:
         """The residual table of the present fit."""
         assert self.fit.rows is not None, "a bench's fit has rows"  # noqa: S101 (narrows the type)
@@ -362,13 +356,19 @@ class Bench:
         return tuple(min(members, key=order.index) for members in families)
 
     def _if_confirmed(self, opinion: Opinion, suspects: tuple[Suspect, ...]) -> Opinion:
-        """The opinion; what is named alone is only probable where data held out are against it."""
+        """The opinion; what is named alone is only probable where data held out are against it.
+
+        Not even that if adding it brings no clear size: these data do not carry it.
+        """
         now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
         if now is None or len(chosen) != 1:
             return opinion
         trial = next((one.trial for one in suspects if one.term == chosen[0]), None)
         then = None if trial is None else trial.rms_held_out
-        return unconfirmed(opinion) if then is not None and then >= now else opinion
+        if trial is None or then is None or then < MIN_SHARE_UNCHANGED * now:
+            return opinion
+        found = unconfirmed(opinion)
+        return found if trial.clear else replace(found, probable=())
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -507,6 +507,8 @@ class Bench:
 
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
+MIN_SHARE_UNCHANGED = 0.999
+"""Of the present error held out; above it, adding a term has changed nothing."""
 LOWER = 0.97
 """A predicted error held out is called lower from this share of the present one on."""
 

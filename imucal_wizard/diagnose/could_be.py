@@ -21,6 +21,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.statistics import normal_below
 from imucal_wizard.diagnose.hypotheses import (
     EFFECT,
     NOTHING,
@@ -32,7 +33,6 @@ from imucal_wizard.diagnose.hypotheses import (
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import walk_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
-from imucal_wizard.estimate.distributions import normal_below
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
 from imucal_wizard.model.rows.source import Parameters, Rows

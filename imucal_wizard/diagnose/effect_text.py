@@ -9,7 +9,7 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.curve_shape import rms_size
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.optimal_design import Explained
-from imucal_wizard.diagnose.suspects import Suspect, largest
+from imucal_wizard.diagnose.suspects import MIN_SIZE_IN_ERRORS, Suspect, largest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
 from imucal_wizard.model.lesson import (
     cost_of_ignoring,
@@ -17,9 +17,6 @@ from imucal_wizard.model.lesson import (
     session_poses,
     session_words,
 )
-
-MIN_SIZE_IN_ERRORS = 3.0
-"""A size is named from so many standard errors on."""
 
 MAX_NAMED_PARAMETERS = 3
 """Parameters of one effect that a sentence names."""

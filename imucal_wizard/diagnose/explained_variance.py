@@ -12,11 +12,9 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
-from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
+from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 
-MIN_WANDER_SHARE = 1e-3
-"""A wander of the noise less likely than this is left out."""
 MAX_SHARE_UNLIKE = 0.03
 """Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
 that are most alike without being aliases at 1 g leave 0.12 (√(1 − 0.992²))."""

@@ -31,7 +31,7 @@ FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
 """The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
 MIN_WANDER_SHARE = 1e-3
-"""Probability below which a wander that is larger than all likely ones is left out."""
+"""Probability below which a wander of the noise is left out."""
 WHITE_NOISE_SHARE = 0.6
 """Share of sensors whose noise between holds is that within them."""
 

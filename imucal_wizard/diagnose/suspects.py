@@ -21,6 +21,9 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.held_out import rms_fitted, rms_held_out
 
+MIN_SIZE_IN_ERRORS = 3.0
+"""A size is named from so many standard errors on."""
+
 
 @dataclass(frozen=True, eq=False)
 class EffectTrial:
@@ -58,6 +61,11 @@ class EffectTrial:
     def standard_error(self) -> FloatArray:
         """Of each size, shape (p,)."""
         return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def clear(self) -> bool:
+        """Whether any size stands out from its standard error."""
+        return bool((np.abs(self.size) >= MIN_SIZE_IN_ERRORS * self.standard_error).any())
 
     @cached_property
     def rms_fitted(self) -> float:

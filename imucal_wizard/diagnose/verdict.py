@@ -317,7 +317,9 @@ def judge_misfit(
     if verdict is Verdict.AMBIGUOUS and terms:
         every = (tuple(sorted(one)) for one in itertools.product(*terms))
         listed = (*listed, *(one for one in every if one not in listed))
-    if verdict is Verdict.AMBIGUOUS and len(listed) < 2:
+    # the same with something more is no other explanation
+    plain = [one for one in listed if not any({*other} < {*one} for other in listed)]
+    if verdict is Verdict.AMBIGUOUS and len(plain) < 2:
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
     first, share = max(likely, key=lambda one: one[1], default=("", 0.0))

@@ -6,11 +6,10 @@ measurements that would decide where these data do not.
 
 import numpy as np
 
-from imucal_wizard.core.quantities import quantity, size_with_unit
+from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
-    MIN_SIZE_IN_ERRORS,
     dependence_text,
     difference_at_one_g,
     effect_text,
@@ -22,6 +21,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -163,12 +163,11 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    left = f"More than noise is left: {_against_noise(bench)}."
-    if bench.within_floor:
-        left = (
-            f"The error is {_against_noise(bench)}, but what is left follows a pattern that noise "
-            "does not make."
-        )
+    times = number(_opinion(diagnosis).lack.ratio)
+    left = (
+        f"More than noise is left: the residuals are {times} times the measured noise. The error "
+        f"is {_against_noise(bench)}."
+    )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
@@ -207,10 +206,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
     elif opinion.shapeless:
-        none = (
-            f"It is {opinion.lack.ratio:.1f} times the noise within the holds, and no effect "
-            "tested here has its shape."
-        )
+        none = "No effect tested here has the shape of the misfit."
     elif known:
         none = f"No effect tested here explains what {known} leaves, so nothing more is named."
     else:
@@ -278,10 +274,7 @@ def _nearest(diagnosis: Diagnosis) -> Suspect | None:
     first = effects[0] if effects and not diagnosis.added else None
     if first is None or first.trial is None or first.p > TEST_LEVEL:
         return None
-    size, error = (
-        float(of[first.largest]) for of in (first.trial.size, first.trial.standard_error)
-    )
-    return first if abs(size) >= MIN_SIZE_IN_ERRORS * error else None
+    return first if first.trial.clear else None
 
 
 def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
@@ -311,8 +304,13 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             dependence_text(bench, nearest.term),
         )
         return [f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."]
-    unseen = "These data do not show that the difference follows the time or the pose before"
-    return [f"{unseen}: the device may settle a little differently each time."]
+    return [
+        (
+            "These data do not show that the difference follows the time or the pose before: the "
+            "device may settle a little differently each time, or its error differs between poses "
+            "that are nearly alike."
+        )
+    ]
 
 
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -374,11 +372,19 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
-    sentences = [f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}."]
+    why = f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
+    if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
+        why = _capital(diagnosis.lacking)
+    sentences = [f"{why}."]
     if diagnosis.bench is not None:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
+    # more data of the same kind would clip as well
+    warnings = () if diagnosis.report is None else diagnosis.report.warnings
+    advice = CLIPPING_ADVICE[diagnosis.sensor]
+    clipped = [one for one in warnings if diagnosis.sensor in one and advice in one]
+    sentences += [f"{_capital(one.removesuffix('.'))}." for one in clipped]
     return sentences
 
 
@@ -403,7 +409,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             )
         else:
             sentences.append(
-                f"Visits to a pose differ by {repeats}, where the noise within a hold makes "
+                f"Visits to a pose differ by {repeats}, where the noise within a hold gives "
                 f"{within}: the reading does not repeat, or the error differs between poses that "
                 "are nearly alike."
             )

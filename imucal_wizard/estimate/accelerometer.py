@@ -100,7 +100,7 @@ class AccelerometerExperiment(Experiment):
         gain = self.gain = float(np.linalg.norm(calibration.matrix, ord=2))
         group = group_directions(self.up) if group is None else group
         self.across = noise.across * gain**2
-        self.circumstances = circumstances_of(holds, self.up, group, gravity, gain, readings)
+        self.circumstances = circumstances_of(holds, self.up, gravity, gain, readings)
         labels = RowLabels(
             index=np.arange(len(holds)),
             axis=np.full(len(holds), -1),

@@ -104,7 +104,7 @@ def _worth(fit: SensorFit) -> str:
         return "This calibration holds for these readings only, not for raw ones."
     errors = f"{quantity(before, fit.unit)} before, {quantity(after, fit.unit)} held out"
     if after > WORTH * before:
-        return f"Use the readings as they are: the calibration does not improve them ({errors})."
+        return f"Use the readings as they are: the calibration hardly improves them ({errors})."
     return (
         f"This calibration is a small correction on top of that ({errors}): never apply it to raw "
         "readings."

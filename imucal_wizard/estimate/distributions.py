@@ -6,10 +6,6 @@ functions costs more than a whole fit.
 
 import math
 
-import numpy as np
-
-from imucal_wizard.core.readings import FloatArray
-
 EXACT_FREEDOM = 100_000
 """Degrees of freedom of a variance that is known, as that of a certificate or of a theory."""
 
@@ -72,12 +68,6 @@ def chi_square(deviations: float, freedom: float) -> float:
     """
     share = 2.0 / (9.0 * freedom)
     return float(max(1.0 - share + deviations * math.sqrt(share), 0.0) ** 3) or _TINY
-
-
-def normal_below(deviations: FloatArray) -> FloatArray:
-    """Probability that a normal variable lies below so many standard deviations, within 0.0002."""
-    near = np.clip(deviations, -6.0, 6.0)
-    return np.asarray(1.0 / (1.0 + np.exp(-near * (1.5976 + 0.07056 * near**2))))
 
 
 _TINY = 1e-300

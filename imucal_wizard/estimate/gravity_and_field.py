@@ -314,7 +314,6 @@ def _heading_rows(
     around = circumstances_of(
         known.holds,
         reference.up,
-        reference.labels,
         reference.gravity,
         reference.gain,
         readings,

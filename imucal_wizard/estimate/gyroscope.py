@@ -111,9 +111,7 @@ class GyroscopeExperiment(Movable):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
-        known = circumstances_of(
-            holds, reference.up, reference.labels, reference.gravity, reference.gain, readings
-        )
+        known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
         self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
         if lost is None:

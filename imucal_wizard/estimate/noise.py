@@ -340,8 +340,8 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
     mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
     # carrying integrates noise: that of its own samples counts, which no slow motion changes
-    end, noise = turned * moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
+    end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
     known = np.array([one.gyroscope_turn is not None for one in holds])
     carried = known & (end > noise * alone)  # NaN where no noise is known
-    end = np.where(carried, np.minimum(noise, end), end)
+    end = np.where(carried, np.minimum(noise, end), turned * end)
     return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample))

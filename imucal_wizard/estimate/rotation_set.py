@@ -92,7 +92,7 @@ class RotationSet:
             whole = integrated_rounding(own, self.step)
             whole = whole - len(own) * (self.step**2 / 12.0 - unseen)
             out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
-        return np.where(unseen > 0.0, out, 0.0)
+        return np.where(unseen != 0.0, out, 0.0)
 
     def turned_inside(
         self, holds: Sequence[Hold], rest: Rest, start: Parameters

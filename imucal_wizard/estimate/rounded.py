@@ -8,9 +8,11 @@ import numpy as np
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
+from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import (
     NO_ROUNDING,
+    noise_at_one_place,
     resolution_of,
     rounding_variance,
     variance_before_rounding,
@@ -67,7 +69,7 @@ def rate_shift(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
         holds: still periods.
         step: of the readings, shape (3,).
     """
-    return _shift(_rates(holds), step)
+    return noise_at_one_place(_rates_at_rest(holds), step)[1]
 
 
 def rate_step(rotations: Sequence[Rotation]) -> FloatArray:
@@ -90,10 +92,14 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
     if not known:
         return np.full((len(holds), 3), np.nan)
     single = np.mean([np.diag(covariance) * samples for covariance, samples in known], axis=0)
-    shift = rounding_variance(variance_before_rounding(single, step), step)
+    shift = rate_shift(holds, step)
     count = np.array([hold.samples for hold in holds])[:, None]
     out = single / count + FEW_SAMPLES * (step / count) ** 2
     return np.where(shift > single / median(count[:, 0]), out, np.nan)
+
+
+MORE_DIGITS = "Print more digits, or set a smaller range"
+"""What makes steps finer; counts are printed in full."""
 
 
 def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]) -> list[str]:
@@ -116,10 +122,10 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
         noise = float(np.sqrt(median([np.trace(covariance) / 3.0 for covariance, _ in averages])))
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
+            advice = "Set a smaller range" if units[sensor] == COUNT else MORE_DIGITS
             notes.append(
                 f"the {sensor}'s readings come in steps of {width}, larger than their noise: "
-                f"averages err by {error} however long the device is held still. Print more "
-                "digits, or set a smaller range"
+                f"averages err by {error} however long the device is held still. {advice}"
             )
     return notes
 
@@ -128,17 +134,24 @@ def unseen_rounding(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     """Variance by rounding of a rate that moves fast, beyond what samples at rest show, shape (3,).
 
     Rounding adds q²/12 to moving readings. At rest it adds as much where noise carries the readings
-    over the steps q, and nothing where they stand still.
+    over the steps q, nothing where they stand still, and more where they change between two steps.
 
     Args:
         holds: still periods.
         step: of the readings, shape (3,).
     """
-    rounded = _single_samples(_rates(holds))
+    rounded = _rates_at_rest(holds)
     carried = rounded > NO_ROUNDING * step**2
     rounded = np.where(carried, 0.0, rounded)
-    unseen = step**2 / 12.0 - (rounded - variance_before_rounding(rounded, step))
-    return np.where(carried, 0.0, np.maximum(unseen, 0.0))
+    unseen = step**2 / 12.0 - (rounded - noise_at_one_place(rounded, step)[0])
+    return np.where(carried, 0.0, unseen)
+
+
+def _rates_at_rest(holds: Sequence[Hold]) -> FloatArray:
+    """Variance of single rates on each axis, by the samples themselves if it is known, (3,)."""
+    scatters = [(one.gyroscope_scatter, one.samples) for one in holds]
+    known = [(np.diag(scatter), samples) for scatter, samples in scatters if scatter is not None]
+    return _single_samples(known or _rates(holds))
 
 
 def _rates(holds: Sequence[Hold]) -> list[tuple[FloatArray, int]]:

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.segmentation import rest_numbers
 from imucal_wizard.model.effect import Circumstances
 
 AWAY_AND_BACK = 3.0
@@ -18,7 +20,6 @@ UNMOVED = np.radians(0.1)
 def circumstances_of(
     holds: Sequence[Hold],
     up: FloatArray,
-    labels: IntArray,
     gravity: float,
     gain: float,
     readings: Readings | None,
@@ -28,7 +29,6 @@ def circumstances_of(
     Args:
         holds: in the order of time.
         up: unit up vector of each, shape (n, 3).
-        labels: number of each one's direction, shape (n,).
         gravity: m/s².
         gain: m/s² per reading unit, for the vibration.
         readings: what the holds were found in; without them the session begins with the first
@@ -41,20 +41,23 @@ def circumstances_of(
         rate=np.zeros_like(force),
         temperature=np.array([or_nan(hold.temperature) for hold in holds]),
         time=middle - first_time(holds, readings),
-        previous=_previous(force, labels),
+        previous=_previous(holds, force),
         vibration=gain**2 * _vibration(holds, readings),
         gravity=gravity,
     )
 
 
-def _previous(force: FloatArray, labels: IntArray) -> FloatArray:
+def _previous(holds: Sequence[Hold], force: FloatArray) -> FloatArray:
     """Force in the pose before, shape (n, 3); NaN in the first.
 
-    A rest that a disturbance has cut in two holds is one pose.
+    A rest that a disturbance has cut in two holds is one pose; a device that was turned and put
+    down in the same direction again has this direction as the pose before.
     """
-    before = np.full_like(force, np.nan)
+    before, rest = np.full_like(force, np.nan), rest_numbers(holds)
+    up = unit_vectors(force)
     for row in range(1, len(force)):
-        same = labels[row] == labels[row - 1]
+        same = rest[row] == rest[row - 1]
+        same |= float(np.linalg.norm(up[row] - up[row - 1])) < UNMOVED
         before[row] = before[row - 1] if same else force[row - 1]
     return before
 

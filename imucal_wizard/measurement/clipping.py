@@ -90,21 +90,21 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def _flat_ends(values: FloatArray) -> FloatArray | None:
-    """The ends of a range that a whole recording shows, shape (2, 3): lowest and highest readings.
+def _flat_ends(values: FloatArray, rest: FloatArray) -> FloatArray | None:
+    """The ends of a range that all motions show, shape (2, 3): lowest and highest readings.
 
     Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
     ends count if two or more of the six extremes are flat and equally far from rest.
 
     Args:
-        values: readings of a sensor without a large constant part, shape (n, 3).
+        values: readings while the device moves, shape (n, 3).
+        rest: the reading at rest, shape (3,).
 
     Returns:
         The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
     """
     if len(values) < MIN_CHECKED_SAMPLES:
         return None
-    rest = median_of_rows(values)
     extremes = np.stack([values.min(axis=0), values.max(axis=0)])
     flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
     away = np.abs(extremes - rest)
@@ -163,7 +163,8 @@ def clipped_motions(
     tops = np.array([_top(one.turned) for one in motions])
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
-    ends = _flat_ends(np.concatenate([one.rate for one in motions]))
+    rest = median_of_rows(np.array([one.rest for one in motions]))
+    ends = _flat_ends(np.concatenate([one.rate for one in motions]), rest)
     axes = [
         clipped_axis(one.rate, one.rest, full_scale, unit)
         or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))

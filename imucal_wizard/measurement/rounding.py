@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.statistics import normal_below
 
 STEP_SLICES = 20
 SAMPLES_PER_SLICE = 20_000
@@ -22,6 +23,10 @@ NO_ROUNDING = 1.0
 FOURIER_TERMS = np.arange(1, 200)
 SHARED_TERMS = 10
 """Terms of the series of what averages share; those left out have less than a tenth of it."""
+ANY_PLACE = 1.0 / 3.0
+"""Variance over q² of rounded readings with σ = q/2, from which on it is the same at all places."""
+PLACE_DOUBT = 0.01
+"""Doubt of a variance over q² of a hundred samples and more."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -117,6 +122,44 @@ def variance_before_rounding(rounded: FloatArray, step: FloatArray) -> FloatArra
     plain = np.maximum(ratio - 1.0 / 12.0, 0.0)
     found = np.where(ratio < seen[-1], inside, plain) * step**2
     return np.asarray(np.where(ratio < FINE_RATIO, found, rounded))
+
+
+def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Noise and shift of readings that all average the same value, from their variance.
+
+    It lies at one place between two steps, and variance by more noise in the middle of a step looks
+    like that by hardly any near its edge. All places are as likely beforehand, and so are all
+    orders of magnitude of the noise.
+
+    Args:
+        rounded: variance of rounded readings.
+        step: q, of the same shape; 0 for none.
+
+    Returns:
+        Mean variance σ² before rounding, and mean square shift of the average.
+    """
+    before = variance_before_rounding(rounded, step)
+    shift = rounding_variance(before, step)
+    for one in np.flatnonzero((step > 0.0) & (rounded < ANY_PLACE * step**2)):
+        noise, shifts, seen = _at_places()
+        weight = np.exp(-0.5 * ((seen - rounded[one] / step[one] ** 2) / PLACE_DOUBT) ** 2)
+        weight /= weight.sum()
+        before[one], shift[one] = step[one] ** 2 * np.array([weight @ noise, weight @ shifts])
+    return before, shift
+
+
+@cache
+def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """σ²/q², square of the shift and variance over q², of all noises at all places, (n,) each."""
+    sigma, place = (
+        one.ravel() for one in np.meshgrid(np.geomspace(0.01, 0.7, 150), np.linspace(0.0, 0.5, 51))
+    )
+    below = np.arange(-6, 7)
+    passed = normal_below((below + 0.5 - place[:, None]) / sigma[:, None])
+    share = np.diff(passed, prepend=0.0, append=1.0)
+    steps = np.append(below, below[-1] + 1)
+    mean = share @ steps
+    return sigma**2, (mean - place) ** 2, share @ steps**2 - mean**2
 
 
 def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:

@@ -312,7 +312,7 @@ def _floors(rung: Rung) -> str:
     floors = rung.floors
     rounding = "not known"
     if floors.rounding is not None:
-        dithered = ", averaged away by the noise" if floors.dithered else ""
+        dithered = ", averaged out by the noise" if floors.dithered else ""
         rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
     repeats, found = "no direction was held twice", floors.repeats
     if found is not None:

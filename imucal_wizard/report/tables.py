@@ -14,13 +14,13 @@ from imucal_wizard.estimate.comparison import (
 BEST = "▸"
 """Marks the methods with the least held-out error."""
 _COLUMNS = ("fitted", "held out", "relative", "M off by", "b off by")
-_WIDTHS = (-20, 12, 12, 9, 9, 11)
+_WIDTHS = (-20, 11, 11, 8, 8, 11)
 _NOTE = (
-    f"{BEST} least error held out (to 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. Errors: of "
-    "|corrected| − g over holds; of the gyroscope's closure over rotations (offset: rate at rest); "
-    "of |corrected| − field over directions. Relative: rms of the relative error of the magnitude "
-    "(N's figure of merit), on what was held out where something was. M and b off by: largest "
-    "difference from the first method's matrix, as a share of it, and from its bias."
+    f"{BEST} least held-out error (within 2 %). Q: Qureshi and Golnaraghi, N: Niespodziany. "
+    "Errors: rms of |corrected| − g over holds, of the gyroscope's closure over rotations "
+    "(offset: of the rate at rest), of |corrected| − field over directions. Relative: rms of the "
+    "relative error of the magnitude (N's figure of merit), of held-out data where there are "
+    "any. M and b off by: largest difference from matrix (relative) and bias of the first method."
 )
 
 
@@ -60,7 +60,8 @@ def method_table(rows: Sequence[MethodRow], width: int = 80) -> str:
 
     Args:
         rows: all methods of all sensors.
-        width: columns of the terminal; the numbers take 76.
+        width: columns of the terminal; the numbers take 74, so that a page with a margin and a
+            scroll bar shows them in 80.
     """
     lines: list[str] = []
     for sensor in dict.fromkeys(row.sensor for row in rows):

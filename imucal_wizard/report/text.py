@@ -86,8 +86,13 @@ def _grades(
 
 
 def errors_text(fit: SensorFit) -> str:
-    """The error held out, or fitted where nothing could be held out, beside the noise."""
+    """The error held out, or fitted where nothing could be held out, beside the noise.
+
+    A fit with as many parameters as data leaves nothing to judge it by.
+    """
     error, floor, of = fit.rms_held_out, fit.floor, "held out"
+    if error is None and fit.minimum is not None and fit.degrees_of_freedom == 0:
+        return "the error is not known"
     if error is None:
         error, floor, of = fit.rms_fitted, fit.floor_fitted, "fitted"
     return f"{quantity(error, fit.unit)} {of}, noise {quantity(floor, fit.unit)}"

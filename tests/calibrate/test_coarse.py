@@ -124,6 +124,21 @@ def test_the_floor_counts_what_rounding_does(density: float) -> None:
         assert "Print more digits" in coarse[0]
 
 
+def test_counts_are_not_asked_for_more_digits() -> None:
+    """A converter of 10 bits in the upper bits of 16: its steps are 64 counts wide."""
+    readings = _exact(100.0, 0.03, False)
+    per_count = STANDARD_GRAVITY / 8192.0
+
+    def counted(series: Series | None) -> Series:
+        assert series is not None
+        return Series(series.time, 64.0 * np.round(series.values / per_count / 64.0), "count")
+
+    report = fit_readings(replace(readings, accelerometer=counted(readings.accelerometer)))
+    coarse = [text for text in report.warnings if "larger than their noise" in text]
+    assert "steps of 64 count" in coarse[0]
+    assert coarse[0].endswith("Set a smaller range")
+
+
 def test_a_logger_that_stood_still_does_not_set_the_limits() -> None:
     """Fifteen seconds of one and the same number are quieter than any rest."""
 

@@ -53,7 +53,7 @@ def test_nothing_is_noticed_about_an_ordinary_sensor(seed: int) -> None:
     ("change", "words"),
     [
         (_offset_free, ("accelerometer's bias is nominal", "already compensated", "BNO055")),
-        (_corrected, ("bias (at most", "and matrix are nominal", "gains nothing (0.08")),
+        (_corrected, ("bias (at most", "and matrix are nominal", "hardly improves them (0.08")),
         (_roughly_corrected, ("and matrix are nominal", "small correction on top", "never apply")),
     ],
 )

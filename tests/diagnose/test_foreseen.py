@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.sizes import NAMED, SEEN, Compared, least_factor
+from benchmarks.sizes import NAMED, SEEN, Asked, Compared, least_factor, seeds_of, session_told
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance
@@ -19,6 +19,8 @@ from imucal_wizard.diagnose.verdict import judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.model.effect import ACCELEROMETER, MAGNETOMETER
+from imucal_wizard.simulate.hidden import Hidden
 from tests.diagnose.sessions import session
 
 Rule = Callable[[FloatArray], bool]
@@ -133,3 +135,20 @@ def test_what_an_effect_takes_away_is_expected_over_the_wander_that_the_noise_ma
     calm, far = taken(1.0, 0.0, 0.0, 0.0), taken(0.0, 0.0, 1.0, 0.0)
     assert far < 0.5 * calm
     assert taken(0.5, 0.0, 0.5, 0.0) == pytest.approx(0.5 * (calm + far))
+
+
+@pytest.mark.parametrize(
+    ("sensor", "term"), [(ACCELEROMETER, "warm-up"), (MAGNETOMETER, "current")]
+)
+def test_an_effect_that_is_hidden_does_not_count_as_noise(sensor: str, term: str) -> None:
+    """Else it would hide all but effects several times larger than those told without it."""
+    asked = Asked(sensor, "18")
+    (seeds,) = seeds_of(asked, 6, 1, 1)
+    plain = session_told(asked, [term], seeds)
+    assert plain is not None
+    sizes, setting = plain.told[term].sizes, plain.told[term].setting
+    hidden = [Hidden(sensor, term, 2.0 * float(sizes[NAMED][0]), (0,))]
+    other = session_told(asked, [term], seeds, hidden, setting)
+    assert other is not None
+    for what, each in other.told[term].sizes.items():
+        assert each == pytest.approx(sizes[what], rel=0.5)

@@ -17,11 +17,14 @@ from imucal_wizard.diagnose.survey import (
     insufficient,
 )
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
+from imucal_wizard.report.text import errors_text
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
@@ -157,6 +160,15 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
     assert said.next_poses
 
 
+def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
+    """Six faces are met exactly: rounding of 10⁻¹³ mg is no error of the sensor."""
+    report, readings = fitted()
+    faces = {hold.pose: hold for hold in report.holds if hold.pose in FACES}
+    said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
+    assert said.bench is not None
+    assert errors_text(said.bench.fit) == "the error is not known"
+
+
 def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
     """The gyroscope's reference is not known better than what it stands on."""
     report, readings = fitted()
@@ -249,6 +261,17 @@ def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes()
     assert after is not None
     assert after is not before
     assert after.fit.model[-1] == "g-sensitivity"
+
+
+def test_rotations_that_clipped_are_not_asked_for_again_as_they_were() -> None:
+    """More rotations alone would clip as well."""
+    report, _ = fitted(rotations=3)
+    clipped = CLIPPED_ROTATION.format(axis="x")
+    turned = tuple(replace(one, problem=clipped) for one in report.rotations)
+    warned = replace(report, rotations=turned, warnings=tuple(rotation_warnings(turned)))
+    said = insufficient("gyroscope", "add rotations", warned)
+    assert "The gyroscope reaches the end of its range in the rotations from" in said.says
+    assert said.says.endswith("turn more slowly, or set a wider range in the device.")
 
 
 def test_a_gyroscope_that_never_turned_is_insufficient_and_asked_to_turn() -> None:

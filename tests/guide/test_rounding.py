@@ -5,6 +5,7 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.measurement.rounding import (
+    noise_at_one_place,
     resolution_of,
     rounding_covariance,
     rounding_noise,
@@ -46,6 +47,19 @@ def test_averages_share_the_shift_of_one_place_between_two_steps(
         distance, doubt = np.array([apart]), np.array([unsure**2])
         expected = rounding_covariance(sigma**2, 1.0, distance, doubt)[0]
         assert expected == pytest.approx(seen, abs=0.08 / 12.0)
+
+
+@pytest.mark.parametrize("sigma", [0.02, 0.1, 0.25, 0.4])
+def test_the_shift_of_readings_at_one_place_is_not_claimed_too_small(sigma: float) -> None:
+    """The variance near the edge of a step looks like that by far more noise anywhere."""
+    true, readings = _rounded(sigma, places=1000, samples=2000)
+    seen = readings.mean(axis=1) - true
+    noise = readings.var(axis=1, ddof=1)
+    before, shift = noise_at_one_place(noise, np.ones(1000))
+    whole = shift + noise / readings.shape[1]
+    assert np.mean(seen**2 / np.maximum(whole, 1e-12)) < 1.5
+    assert np.mean(np.abs(seen) < 1.96 * np.sqrt(whole)) > 0.93
+    assert np.sqrt(np.median(before)) == pytest.approx(sigma, abs=0.15)
 
 
 def test_without_noise_it_is_a_twelfth_and_from_half_a_step_on_nothing() -> None:

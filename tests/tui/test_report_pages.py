@@ -262,12 +262,12 @@ async def test_one_key_shows_all_methods_of_all_sensors_on_one_screen(
         await pilot.press("c")
         text = await shows(
             pilot, "ACCELEROMETER", "least_squares", "newton (Q)", "six-position (Q)", "fitted",
-            "held out", "M off by", "GYROSCOPE", "dynamic (Q)", "vector + field (N)",
+            "held out", "M off by    b off by", "GYROSCOPE", "dynamic (Q)", "vector + field (N)",
             "MAGNETOMETER", "orthogonal", "two-step (N)", "numeric (N)", "c back to the result",
         )  # fmt: skip
         assert max(map(len, text.splitlines())) <= size[0]
         await pilot.press("end")
-        await shows(pilot, "Niespodziany", "off by: largest")
+        await shows(pilot, "Niespodziany", "bias of the first method")
         await pilot.press("c")
         await shows(pilot, "limit 2.0 mg")
 

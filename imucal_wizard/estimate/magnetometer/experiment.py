@@ -358,9 +358,9 @@ class MagnetometerExperiment(Experiment):
     def foreseen(
         self, found: "Minimum[Experiment]", combinations: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """See ``Experiment``."""
-        slow = self._told(found)
+        """See ``Experiment``; what is known of slow errors may be by a fit with fewer effects."""
         fitted = replace(self._fitted(found), pull=combinations)
+        slow = slow_errors(self._spans, [fitted], measured=False)
         return None if slow is None else slow.foreseen([fitted])
 
     def _told(self, found: "Minimum[Experiment]") -> SlowErrors | None:
