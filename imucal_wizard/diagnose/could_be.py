@@ -109,6 +109,8 @@ def could_be(
         columns = np.concatenate([columns_of(one) for one in members], axis=1)
         patterns = np.concatenate([one.patterns for one in members], axis=1)
         for part, found, root in _sizes(patterns, (spreads, often), coordinates, weights, sigma):
+            if share * part < 0.1 * MIN_LIKELY_SHARE:
+                continue
             mean = columns @ found
             # some experiments have the slow noise in what is unseen: it counts once
             beyond = sigma**2 * noise + np.maximum(sigma**2 * slow, unseen)
