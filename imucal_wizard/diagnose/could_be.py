@@ -51,8 +51,8 @@ TRULY = {
     NOTHING: 1.0 - _WITH_EFFECT,
     EFFECT: 1.0 + _WITH_EFFECT * PRIOR[NOTHING] / PRIOR[EFFECT],
 }
-"""Probability of there being nothing, and an effect, over that of a session that could show it. A
-sensor that shows nothing has effects as often as others, only that they do not show."""
+"""How much less likely nothing is, and more likely an effect, than ``PRIOR`` says for a verdict: half
+of all sensors lack nothing that a session could show. Of these as many as of all have an effect."""
 HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
