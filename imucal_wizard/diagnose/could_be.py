@@ -51,8 +51,9 @@ TRULY = {
     NOTHING: 1.0 - _WITH_EFFECT,
     EFFECT: 1.0 + _WITH_EFFECT * PRIOR[NOTHING] / PRIOR[EFFECT],
 }
-"""How much less likely nothing is, and more likely an effect, than ``PRIOR`` says for a verdict: half
-of all sensors lack nothing that a session could show. Of these as many as of all have an effect."""
+"""How much less likely nothing is, and more likely an effect, than ``PRIOR`` says for a verdict:
+half of all sensors lack nothing that a session could show, and of these as many have an effect as
+of all."""
 HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
