@@ -264,8 +264,12 @@ class Bench:
             hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
             hearing = None if self.referee is None else partial(self._hearing, suspects)
-            judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
-            opinion = judge_misfit(*judged, hearing, misfit.lack_of_fit())
+            lack = misfit.lack_of_fit()
+            opinion = judge_misfit(misfit, hypotheses, posterior, hearing, lack)
+            # beside one effect that leaves only noise nothing else was given a name
+            if lack.ratio > MAX_LINEAR and not opinion.one_effect:
+                judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
+                opinion = judge_misfit(*judged, hearing, lack)
             opinion = self._if_between_poses(self._if_confirmed(opinion, suspects))
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)

@@ -26,7 +26,7 @@ from imucal_wizard.core.poses import AXES, DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, sample_quantile
-from imucal_wizard.diagnose.random_walk import SQUARES, Frame, shown_axes, usual_errors
+from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
 
 NOTHING, EFFECT, PAIR = "nothing", "effect", "pair"
@@ -379,16 +379,17 @@ class Pairs:
         return [self.members[self.first[place]], self.members[self.second[place]]]
 
     def gains(
-        self, coordinates: FloatArray, each_weights: Sequence[FloatArray]
+        self, coordinates: FloatArray, each_weights: Sequence[FloatArray], squares: FloatArray
     ) -> NDArray[np.float32]:
         """What each adds to the log likelihood of noise alone, shape (wanders, p, sigmas).
 
         Args:
             coordinates: of a residual, shape (m,).
             each_weights: of each coordinate, shape (m,), under each wander.
+            squares: of each σ, shape (sigmas,).
         """
         # single precision: millions of numbers of which a thousandth is enough
-        t = (1.0 / SQUARES).astype(np.float32)
+        t = (1.0 / squares).astype(np.float32)
         found = np.empty((len(each_weights), len(self), len(t)), np.float32)
         determinant = np.empty(found.shape[1:], np.float32)
         for form, weights in zip(found, each_weights, strict=True):

@@ -38,6 +38,8 @@ from imucal_wizard.diagnose.residuals import WhitenedResiduals
 
 MAX_UNKNOWN_ALONE = 0.1
 """Probability of unknown structure up to which no pairs of whole effects are looked for."""
+MIN_NOISE_SHARE = 1e-6
+"""Share of the likeliest noise up to which another one is out of the question."""
 MAX_JOINED = 3
 """Effects that are joined with others on all their parameters: each costs as much as the set."""
 
@@ -106,14 +108,20 @@ class HypothesisSet:
         evidence = np.logaddexp.reduce(single, axis=(1, 2))
         single += self.log_prior[:, None, None]
         highest = single.max()
-        paired = self._paired(coordinates, alone - highest)
+        # two effects explain more than one, and leave no larger noise
+        wanders, sigmas = _likely_noise(np.exp(single - highest).sum(axis=0))
+        paired = self._paired(coordinates, alone[:wanders, :sigmas] - highest)
         beyond = float(paired.max(initial=0.0))
         single = np.exp(single - (highest + beyond))
         paired -= np.float32(beyond)
         np.exp(paired, out=paired)
         total = single.sum() + paired.sum(dtype=np.float64)
-        noise = (single.sum(axis=0) + paired.sum(axis=1, dtype=np.float64)) / total
-        by_sigma = np.concatenate([single.sum(axis=1), paired.sum(axis=0)]) / total
+        noise = single.sum(axis=0)
+        noise[:wanders, :sigmas] += paired.sum(axis=1, dtype=np.float64)
+        noise /= total
+        of_pairs = np.zeros((paired.shape[1], single.shape[2]))
+        of_pairs[:, :sigmas] = paired.sum(axis=0)
+        by_sigma = np.concatenate([single.sum(axis=1), of_pairs]) / total
         share = by_sigma.sum(axis=1)
         sigma = (by_sigma @ SIGMAS) / np.maximum(share, 1e-300)
         count = len(self.single)
@@ -192,13 +200,25 @@ class HypothesisSet:
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
     def _paired(self, coordinates: FloatArray, alone: FloatArray) -> NDArray[np.float32]:
-        """Likelihood and prior, shape (wanders, p, sigmas)."""
+        """Likelihood and prior under the first wanders and σ, shape (wanders, p, sigmas)."""
+        wanders, sigmas = alone.shape
         if self.pairs is None:
-            return np.zeros((len(alone), 0, alone.shape[1]), np.float32)
-        found = self.pairs.gains(coordinates, self.frame.each_weights)
+            return np.zeros((wanders, 0, sigmas), np.float32)
+        weights = self.frame.each_weights[:wanders]
+        found = self.pairs.gains(coordinates, weights, SQUARES[:sigmas])
         found += alone.astype(np.float32)[:, None, :]
         found += self.pairs.log_prior.astype(np.float32)[:, None]
         return found
+
+
+def _likely_noise(share: FloatArray) -> tuple[int, int]:
+    """How many wanders and σ, from the smallest on, are not out of the question.
+
+    Args:
+        share: probability of each wander and σ, in any unit, shape (wanders, sigmas).
+    """
+    likely = np.argwhere(share > MIN_NOISE_SHARE * share.max())
+    return int(likely[:, 0].max()) + 1, int(likely[:, 1].max()) + 1
 
 
 def explained(

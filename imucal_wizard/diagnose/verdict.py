@@ -256,6 +256,11 @@ class Opinion:
     decided: tuple[str, ...] = ()
 
     @property
+    def one_effect(self) -> bool:
+        """Whether one effect and noise are all that is left, and no other explanation holds."""
+        return self.verdict is Verdict.MISSING and len(self.families) == 1
+
+    @property
     def refuted(self) -> bool:
         """Whether the gyroscope speaks against every explanation it was asked of."""
         return self.heard is not None and self.heard.against_all
