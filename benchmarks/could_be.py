@@ -91,14 +91,19 @@ def elsewhere(recorded: Recorded, rng: np.random.Generator) -> Schedule:
     )
 
 
+def errors_elsewhere(recorded: Recorded, bench: Bench, rng: np.random.Generator) -> FloatArray:
+    """True errors of the fit in new holds without noise, m/s², shape (NEW,)."""
+    readings = recorded.true_readings(elsewhere(recorded, rng)) + recorded.drift
+    corrected = (readings - bench.fit.bias) @ bench.fit.matrix.T
+    return np.asarray(np.linalg.norm(corrected, axis=1) - STANDARD_GRAVITY)
+
+
 def one_unit(design: str, colour: str, rng: np.random.Generator) -> Unit:
     """One unit, calibrated and judged."""
     hidden = drawn(ACCELEROMETER, rng)
     recorded = record(PLANS[design], COLOURS[colour], hidden, rng)
     bench = Bench(ACCELEROMETER, measured_of(recorded))
-    readings = recorded.true_readings(elsewhere(recorded, rng)) + recorded.drift
-    corrected = (readings - bench.fit.bias) @ bench.fit.matrix.T
-    errors = np.linalg.norm(corrected, axis=1) - STANDARD_GRAVITY
+    errors = errors_elsewhere(recorded, bench, rng)
     held_out = bench.fit.rms_held_out or np.nan
     return Unit(
         hidden[0].term if hidden else "",

@@ -201,6 +201,8 @@ def test_every_text_prints_these_figures(outputs: Outputs) -> None:
             shown = [quantity(sensor.rms_fitted, sensor.unit), outputs.diagnosis[name].says]
             if sensor.rms_held_out is not None:
                 shown.append(quantity(sensor.rms_held_out, sensor.unit))
+            if sensor.could_be is not None and where != "bench":
+                shown.append(f"could be {quantity(sensor.could_be, sensor.unit)}")
             unit = readable(sensor.unit)[1] if where == "bench" else ""
             for words in shown:
                 assert "".join(words.removesuffix(unit).split()) in flat, (where, name)

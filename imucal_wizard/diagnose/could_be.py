@@ -22,7 +22,14 @@ import numpy as np
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.statistics import normal_below
-from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PAIR_SPREAD, Hypothesis
+from imucal_wizard.diagnose.hypotheses import (
+    EFFECT,
+    NOTHING,
+    PAIR,
+    PAIR_SPREAD,
+    PRIOR,
+    Hypothesis,
+)
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import walk_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
@@ -34,12 +41,20 @@ from imucal_wizard.model.terms import Term, Terms
 
 COVERED_SHARE = 0.95
 """Share of directions and of explanations, by their probability, in which the error is smaller."""
-DIRECTIONS = even_directions(160)
-"""Enough that one in twenty is several of them. Holds and rotations are taken in turn, and each of
-them in directions all over the sphere."""
-MIN_LIKELY_SHARE = 3e-4
-"""Explanations less likely than this are left out, a few per cent of the probability in all."""
-HALVINGS = 24
+DIRECTIONS = even_directions(240)
+"""Enough that one in twenty is several of them. Each hold or rotation of the session has some that
+follow one another: what changes with time is met all over the sphere."""
+MIN_LIKELY_SHARE = 1e-4
+"""Explanations less likely than this are left out, about one per cent of the probability in all."""
+_WITH_EFFECT = (PRIOR[EFFECT] + PRIOR[PAIR]) / (PRIOR[NOTHING] + PRIOR[EFFECT] + PRIOR[PAIR])
+TRULY = {
+    NOTHING: 1.0 - _WITH_EFFECT,
+    EFFECT: 1.0 + _WITH_EFFECT * PRIOR[NOTHING] / PRIOR[EFFECT],
+}
+"""How much less likely nothing is, and more likely an effect, than ``PRIOR`` says for a verdict:
+half of all sensors lack nothing that a session could show, and of these as many have an effect as
+of all."""
+HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05
 """Probability of noise and effects together below which the catalogue says nothing."""
@@ -95,8 +110,10 @@ def could_be(
         columns = np.concatenate([columns_of(one) for one in members], axis=1)
         patterns = np.concatenate([one.patterns for one in members], axis=1)
         for part, found, root in _sizes(patterns, (spreads, often), coordinates, weights, sigma):
+            if share * part < 0.1 * MIN_LIKELY_SHARE:
+                continue
             mean = columns @ found
-            # an experiment that knows slow errors of its rows has them in what is unseen
+            # some experiments have the slow noise in what is unseen: it counts once
             beyond = sigma**2 * noise + np.maximum(sigma**2 * slow, unseen)
             variance = ((columns @ root) ** 2).sum(axis=1) + beyond
             shares.append(share * part)
@@ -118,7 +135,8 @@ def _likely(
     for place in np.flatnonzero(posterior.single > MIN_LIKELY_SHARE):
         one = hypotheses.single[place]
         if one.kind in (NOTHING, EFFECT):
-            found = float(posterior.single[place]), float(posterior.sigma[place])
+            share = TRULY[one.kind] * float(posterior.single[place])
+            found = share, float(posterior.sigma[place])
             yield [one], np.array(one.spreads), np.array(one.shares), *found
     pairs = hypotheses.pairs
     for place in np.flatnonzero(posterior.paired > MIN_LIKELY_SHARE):

@@ -156,8 +156,8 @@ class GravityMagnitude(RowSource):
     def elsewhere(
         self, directions: FloatArray, calibration: Parameters, terms: Terms
     ) -> "GravityMagnitude":
-        """See ``RowSource``: holds of the session, in turn, with another side up."""
-        rows = np.arange(len(directions)) % len(self.reading)
+        """See ``RowSource``: each hold of the session with other sides up."""
+        rows = np.arange(len(directions)) * len(self.reading) // len(directions)
         force = self.gravity * directions
         where = self.circumstances.select(rows).sensing(ACCELEROMETER, force)
         felt = force + terms.columns(where) @ calibration.sizes
