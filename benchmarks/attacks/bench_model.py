@@ -74,7 +74,7 @@ def _killed(recording: Path, place: Path, number: int) -> str:
         os.kill(terminal.pid, number)
         terminal.wait(PATIENCE)
     with _bench(recording, place) as terminal:
-        terminal.wait_for("Here again", PATIENCE)
+        terminal.wait_for("Restored: ", PATIENCE)
         terminal.press("q")
         terminal.wait_for("save it and leave", PATIENCE)
         terminal.press("s")
