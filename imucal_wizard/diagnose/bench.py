@@ -179,7 +179,8 @@ class Bench:
         rounding: of the readings, where they are known.
         first: the fit without effects, where it is known.
 
-    Raises: DataError: the data do not determine the base model.
+    Raises:
+        DataError: the data do not determine the base model.
     """
 
     def __init__(
@@ -391,8 +392,9 @@ class Bench:
             variant: its setting; None for the one that the data settle on.
             near: of the settings tried, the one to settle near; None for the likeliest.
 
-        Raises: UsageError: there is no such effect, or it is in the model already. DataError: the
-            data do not determine it.
+        Raises:
+            UsageError: there is no such effect, or it is in the model already.
+            DataError: the data do not determine it.
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")

@@ -105,11 +105,13 @@ def with_errors(
     The derivative of the conversion is taken by central differences at a step of a thousandth of
     each standard deviation, where its curvature is invisible, but not below what rounding allows.
 
-    Args: convert: from the solver's parameters, shape (n,), to named values. theta: the solver's
-        parameters. covariance: of ``theta``, or None when nothing is left over to judge it by.
-        units: unit of a parameter by name. dropped: names of parameters that the data do not
-        determine. repeats: covariance of ``theta`` from the repeats instead of the residual, or
-        None.
+    Args:
+        convert: from the solver's parameters, shape (n,), to named values.
+        theta: the solver's parameters.
+        covariance: of ``theta``, or None when nothing is left over to judge it by.
+        units: unit of a parameter by name.
+        dropped: names of parameters that the data do not determine.
+        repeats: covariance of ``theta`` from the repeats instead of the residual, or None.
     """
     values = convert(theta)
     errors: dict[str, float | None] = dict.fromkeys(values)

@@ -67,7 +67,8 @@ class FitOptions:
 def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitReport:
     """Find the holds and rotations of a recording and fit every sensor.
 
-    Raises: DataError: the recording does not determine a calibration.
+    Raises:
+        DataError: the recording does not determine a calibration.
     """
     options = options or FitOptions()
     if options.rates or options.turns:
@@ -100,7 +101,8 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
 def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     """Accelerometer and gyroscope.
 
-    Raises: DataError: the recording does not determine an accelerometer's calibration.
+    Raises:
+        DataError: the recording does not determine an accelerometer's calibration.
     """
     if not len(readings):
         raise DataError("the recording has no accelerometer")
@@ -217,7 +219,8 @@ def fit_collected(
         readings: all samples, where they are at hand: they show slow noise in a long rest and what
             the sensor's filter passes.
 
-    Raises: DataError: neither the holds nor the magnetometer's samples determine a calibration.
+    Raises:
+        DataError: neither the holds nor the magnetometer's samples determine a calibration.
     """
     options = options or FitOptions()
     warnings = (*warnings, *_left_out(collected))

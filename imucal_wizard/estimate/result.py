@@ -32,13 +32,16 @@ MIN_SINGLE_AXIS_ERROR = 0.001
 class Parameter:
     """One number of a model.
 
-    Attributes: name: as in the JSON: ``bias_x``, ``sensitivity_x`` and, of the accelerometer, the
-        angles ``theta_yz``, ``theta_zy``, ``theta_zx``; of the gyroscope ``cross_xy`` and so on.
-        value: in ``unit``. standard_error: one standard deviation from the residual of the fit,
-        with the fit's ``degrees_of_freedom``; None where the data leave nothing to judge by. unit:
-        unit word. carried: False if the data do not determine it, so that it keeps its nominal
-        value. standard_error_repeats: the same from the repeats alone, with the fit's
-        ``repeatability.freedom``; None where there are none.
+    Attributes:
+        name: as in the JSON: ``bias_x``, ``sensitivity_x`` and, of the accelerometer, the angles
+            ``theta_yz``, ``theta_zy``, ``theta_zx``; of the gyroscope ``cross_xy`` and so on.
+        value: in ``unit``.
+        standard_error: one standard deviation from the residual of the fit, with the fit's
+            ``degrees_of_freedom``; None where the data leave nothing to judge by.
+        unit: unit word.
+        carried: False if the data do not determine it, so that it keeps its nominal value.
+        standard_error_repeats: the same from the repeats alone, with the fit's
+            ``repeatability.freedom``; None where there are none.
     """
 
     name: str
@@ -128,42 +131,60 @@ def beyond_limit(error: float, could_be: float | None, limit: float, unit: str) 
 class SensorFit:
     """The calibration of one sensor: ``corrected = matrix · (reading − bias)``.
 
-    Attributes: sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``. model: terms of the
-        model (``bias``, ``scale``, ``non-orthogonality`` …). method: name of the method. frame:
-        ``own`` or ``accelerometer``. matrix: ``M``, SI per reading unit, shape (3, 3). bias: ``b``,
-        reading unit, shape (3,). bias_unit: the reading's unit. parameters: all parameters,
-        determined or not. unit: unit of the errors below: ``m/s^2`` or ``rad``; of the magnetometer
-        ``uT``, or its reading's unit where the field's size is not known. rms_before: error with
-        the nominal conversion only; None where there is none. rms_fitted: error on the data fitted.
+    Attributes:
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
+        model: terms of the model (``bias``, ``scale``, ``non-orthogonality`` …).
+        method: name of the method.
+        frame: ``own`` or ``accelerometer``.
+        matrix: ``M``, SI per reading unit, shape (3, 3).
+        bias: ``b``, reading unit, shape (3,).
+        bias_unit: the reading's unit.
+        parameters: all parameters, determined or not.
+        unit: unit of the errors below: ``m/s^2`` or ``rad``; of the magnetometer ``uT``, or its
+            reading's unit where the field's size is not known.
+        rms_before: error with the nominal conversion only; None where there is none.
+        rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
-        be left out. held_out_interval: between which the rms of new holds or rotations lies nine
-        times in ten; None where none can be left out. floor: rms held out of a complete model by
-        measured noise alone; None where none can be left out or the noise is not known.
-        floor_fitted: the same of the fitted rms. residuals: error of each hold or rotation, in
-        ``unit``; of the magnetometer the mean error of each direction. held_out: error of each when
-        it is left out, or None. covariance: by the residual, or None; of the three biases and M's
-        six entries xx, xy, xz, yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by
-        rows and the biases (gyroscope). iterations: how many the method took. validation_rms: error
-        on holds the fit has not seen, or None. validation: the error of each of them, in ``unit``;
-        empty without any. warnings: what the user must know about this sensor. degrees_of_freedom:
-        of the residual behind the standard errors. An interval that is to hold the truth 95 times
-        in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of ``distributions`` times the
-        standard error to either side; 1.96 only where there are many. repeatability: how far the
-        same pose differs from one visit to the next: what no model of the pose can explain; None
-        where no pose was repeated. slow_noise_measured: whether repeated poses or a long rest show
-        how slow noise moves the biases, which is otherwise estimated from the residuals; None where
-        that is not asked. suspects: which of the residuals stand out from all others: to be
-        measured again. unused: which of the residuals are of holds that the method does not look
-        at, so that they are held out as they are. not_held_out: why there is no ``rms_held_out``,
-        in words; "" where there is. base: terms of the base model that were asked for. terms: the
-        effects. sizes: of each effect, shown units. size_errors: standard errors of the sizes; NaN
-        where nothing is left over to judge by. size_covariance: of all sizes one after the other,
-        shape (p, p), or None. rows: the residual table; None of a method of the papers. rms_late:
-        error of the later part of the session under the fit of the earlier part; None where the
-        earlier part does not determine the model. reference: of an accelerometer, up in each hold.
-        experiment: the rows that were fitted, for a fit of the same data with other terms. outlier:
-        the hold or rotation that does not fit with all others, if one stands out. minimum: where
-        the fit has arrived, for one step further; None of a method of the papers.
+            be left out.
+        held_out_interval: between which the rms of new holds or rotations lies nine times in ten;
+            None where none can be left out.
+        floor: rms held out of a complete model by measured noise alone; None where none can be left
+            out or the noise is not known.
+        floor_fitted: the same of the fitted rms.
+        residuals: error of each hold or rotation, in ``unit``; of the magnetometer the mean error
+            of each direction.
+        held_out: error of each when it is left out, or None.
+        covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
+            yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
+            (gyroscope).
+        iterations: how many the method took.
+        validation_rms: error on holds the fit has not seen, or None.
+        validation: the error of each of them, in ``unit``; empty without any.
+        warnings: what the user must know about this sensor.
+        degrees_of_freedom: of the residual behind the standard errors. An interval that is to hold
+            the truth 95 times in 100 reaches ``quantile(0.95, degrees_of_freedom)`` of
+            ``distributions`` times the standard error to either side; 1.96 only where there are
+            many.
+        repeatability: how far the same pose differs from one visit to the next: what no model of
+            the pose can explain; None where no pose was repeated.
+        slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
+            biases, which is otherwise estimated from the residuals; None where that is not asked.
+        suspects: which of the residuals stand out from all others: to be measured again.
+        unused: which of the residuals are of holds that the method does not look at, so that they
+            are held out as they are.
+        not_held_out: why there is no ``rms_held_out``, in words; "" where there is.
+        base: terms of the base model that were asked for.
+        terms: the effects.
+        sizes: of each effect, shown units.
+        size_errors: standard errors of the sizes; NaN where nothing is left over to judge by.
+        size_covariance: of all sizes one after the other, shape (p, p), or None.
+        rows: the residual table; None of a method of the papers.
+        rms_late: error of the later part of the session under the fit of the earlier part; None
+            where the earlier part does not determine the model.
+        reference: of an accelerometer, up in each hold.
+        experiment: the rows that were fitted, for a fit of the same data with other terms.
+        outlier: the hold or rotation that does not fit with all others, if one stands out.
+        minimum: where the fit has arrived, for one step further; None of a method of the papers.
     """
 
     sensor: str
@@ -285,15 +306,20 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
 class FitReport:
     """Everything a fit found; the result screen, the JSON and the saved file all show this.
 
-    Attributes: gravity: local gravity used, m/s². rates: samples per second of each sensor. holds:
-        the holds found, in time order. rotations: the rotations found, in time order; those with a
-        ``problem`` were not fitted. angles: angle turned in each rotation, rad, signed about its
-        axis where it has one; None where it is not known. sensors: the fit of each sensor by name.
-        comparison: the gyroscope's three methods side by side. warnings: what the user must know.
+    Attributes:
+        gravity: local gravity used, m/s².
+        rates: samples per second of each sensor.
+        holds: the holds found, in time order.
+        rotations: the rotations found, in time order; those with a ``problem`` were not fitted.
+        angles: angle turned in each rotation, rad, signed about its axis where it has one; None
+            where it is not known.
+        sensors: the fit of each sensor by name.
+        comparison: the gyroscope's three methods side by side.
+        warnings: what the user must know.
         outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
-        words. A verdict, which weighs every other explanation too, replaces them. magnetic: what a
-        magnetometer's fit says beyond the others, or None without one. second_stage: alignment and
-        clocks of the sensors, or None.
+            words. A verdict, which weighs every other explanation too, replaces them.
+        magnetic: what a magnetometer's fit says beyond the others, or None without one.
+        second_stage: alignment and clocks of the sensors, or None.
     """
 
     gravity: float

@@ -79,7 +79,8 @@ def fit_during(
         method: ``orthogonal``, ``algebraic``, ``two-step`` or ``numeric``.
         readings: all samples of the session, for temperature and current.
 
-    Raises: DataError: the step was left out, or the samples do not determine a calibration.
+    Raises:
+        DataError: the step was left out, or the samples do not determine a calibration.
     """
     if not spans:
         check_readings(series.values)

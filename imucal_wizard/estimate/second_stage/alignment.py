@@ -134,8 +134,8 @@ def align(
             calibration, shape (n, 3, k).
         up_modes: the same of ``up`` and the l modes of the accelerometer's, shape (n, 3, l).
 
-    Raises: DataError: too few positions, or positions that do not determine the rotation, or leave
-        two.
+    Raises:
+        DataError: too few positions, or positions that do not determine the rotation, or leave two.
     """
     if len(up) < MIN_ALIGNED_POSITIONS:
         raise DataError(
