@@ -402,8 +402,8 @@ class CalibratedGyroscope(CalibratedSensor):
         experiment = made(holds, turned)
         if not self.terms:
             return experiment
-        samples = turned.samples
-        moving = experiment.closure.at(plain, Terms(GYROSCOPE, ())).motion
+        samples, recorded = turned.samples, experiment.recorded
+        moving = experiment.closure.at(plain, Terms(GYROSCOPE, ())).motion.select(recorded)
         reading = self.without_effects(samples.reading, moving)
         still = np.array([hold.gyroscope for hold in experiment.resting])
         means = iter(self.without_effects(still, experiment.circumstances))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowSource
@@ -220,11 +220,11 @@ class Experiment(ABC):
         """Mean reading in the holds whose samples the rows use beside others, by hold."""
         return {}
 
-    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray]]:
-        """Of each rotation how the device turned in the hold before and in the hold after, rad.
+    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray, BoolArray]]:
+        """Rotations that begin or end with how the device turned in a hold, by number.
 
-        Rotation vectors from the mean direction in the hold to where the rotation begins or ends,
-        shape (3,) each, by number of the rotation; empty where nothing was rotated.
+        Times of the samples from the mean direction of one hold to that of the next, s, shape (n,);
+        their readings, shape (n, 3); which of them were recorded, shape (n,).
         """
         return {}
 

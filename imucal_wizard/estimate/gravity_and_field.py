@@ -27,7 +27,7 @@ from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
+from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.error_modes import principal
@@ -309,7 +309,6 @@ def _heading_rows(
     before, after = (
         np.array(side) for side in zip(*((t.before, t.after) for t in turns), strict=True)
     )
-    samples = rotation_samples([turn.time for turn in turns], [turn.rate for turn in turns])
     count, reference, readings = len(turns), known.of, known.readings
     around = circumstances_of(
         known.holds,
@@ -319,10 +318,17 @@ def _heading_rows(
         readings,
     )
     start = known.begin(BASE)
-    rest = rest_of(known.holds, start.matrix)
+    rest = rest_of(known.holds, start.matrix, start.bias, reference)
     turned = RotationSet(
-        samples, np.arange(count), before, after, None, np.zeros(3), rotations.step
+        rotation_samples([turn.time for turn in turns], [turn.rate for turn in turns]),
+        np.arange(count),
+        before,
+        after,
+        None,
+        np.zeros(3),
+        rotations.step,
     )
+    samples, _ = turned.between_means(known.holds, rest.carried)
     origin = first_time(known.holds, readings)
     span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
     walk = (float(rest.per_second.mean()) + known.lost) * (span[:, 1] - span[:, 0])
@@ -342,22 +348,21 @@ def _heading_rows(
         span=span,
         component=np.zeros(count, np.int64),
     )
-    turned_before, turned_after = turned.turned_inside(known.holds, rest, start)
     by_gravity = GravityClosure(
         samples=samples,
-        before=carried_inside(reference.up[before], turned_before),
-        after=carried_inside(reference.up[after], turned_after),
+        before=reference.up[before],
+        after=reference.up[after],
         before_doubt=np.zeros((count, 3, 0)),
         after_doubt=np.zeros((count, 3, 0)),
         noise=noise,
-        motion=motion_of(around, turned, start, origin, readings),
+        motion=motion_of(around, before, samples, start, origin, readings),
         gravity=reference.gravity,
         labels=labels,
     )
     by_field = replace(
         by_gravity,
-        before=carried_inside(np.array([field[hold] for hold in before]), turned_before),
-        after=carried_inside(np.array([field[hold] for hold in after]), turned_after),
+        before=np.array([field[hold] for hold in before]),
+        after=np.array([field[hold] for hold in after]),
     )
     aligned, up = list(field), reference.up
     turns_field = np.zeros((3, *up.shape))

@@ -4,6 +4,7 @@ Means at rest determine the biases, rotations the nine gains and a little of the
 rows of one fit, each weighed by its own scatter.
 """
 
+import itertools
 from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
@@ -13,8 +14,9 @@ from typing import TypeVar
 
 import numpy as np
 
+from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
@@ -23,7 +25,7 @@ from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
-from imucal_wizard.estimate.rotation_set import RotationSet, carried_inside
+from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
 from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
 from imucal_wizard.estimate.slow_noise import (
@@ -111,13 +113,15 @@ class GyroscopeExperiment(Movable):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
+        self.noise_at_rest = rest_of(holds, start.matrix, start.bias, reference)
+        self.samples, self.recorded = rotations.between_means(holds, self.noise_at_rest.carried)
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
         self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
-            per_sample = rest_of(holds, start.matrix).per_sample + rounding
+            per_sample = self.noise_at_rest.per_sample + rounding
             series, resting = None if readings is None else readings.gyroscope, None
             if series is not None:
                 resting = partial(spectrum_at_rest, series, holds, start.matrix)
@@ -157,7 +161,7 @@ class GyroscopeExperiment(Movable):
 
         The closures with the rate noise of the quietest axis; that of each axis follows, (3,).
         """
-        rest, one = rest_of(self.holds, self._start.matrix), self.rotations
+        rest, one = self.noise_at_rest, self.rotations
         first, last = one.spans.T
         walk = (float(rest.per_second.min()) + self.lost) * (last - first)
         closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
@@ -175,22 +179,21 @@ class GyroscopeExperiment(Movable):
         self, known: Circumstances, noise: FloatArray, walk: FloatArray
     ) -> GravityClosure:
         one, reference = self.rotations, self.of
-        before, after = self._ends()
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
-            samples=one.samples,
-            before=before,
-            after=after,
+            samples=self.samples,
+            before=reference.up[one.before],
+            after=reference.up[one.after],
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
             usual=reference.undetermined,
             noise=noise,
-            motion=motion_of(known, one, self._start, origin, self.readings),
+            motion=motion_of(known, one.before, self.samples, self._start, origin, self.readings),
             gravity=self.gravity,
             rounding=self.rest.rounding,
-            resting=self.rotations.at_rest(self.holds) if self.rest.rounding.any() else None,
+            resting=one.at_rest(self.holds, self.samples) if self.rest.rounding.any() else None,
             holds=np.column_stack([one.before, one.after]),
-            tilts=reference.variance,
+            tilts=self._tilts(),
             walk=walk,
             labels=RowLabels(
                 index=np.repeat(one.usable, 2),
@@ -203,31 +206,34 @@ class GyroscopeExperiment(Movable):
             ),
         )
 
-    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray]]:
+    def turned_in_holds(self) -> dict[int, tuple[FloatArray, FloatArray, BoolArray]]:
         """See ``Experiment``."""
-        pairs = zip(*self._turned_inside(), strict=True)
-        return dict(zip(self.rotations.usable.tolist(), pairs, strict=True))
+        parts = [slice(*pair) for pair in itertools.pairwise(self.samples.offsets.tolist())]
+        return {
+            number: (self.samples.time[own], self.samples.reading[own], self.recorded[own])
+            for number, own in zip(self.rotations.usable.tolist(), parts, strict=True)
+            if not self.recorded[own].all()
+        }
 
-    def _turned_inside(self) -> tuple[FloatArray, FloatArray]:
-        rest = rest_of(self.holds, self._start.matrix)
-        return self.rotations.turned_inside(self.holds, rest, self._start)
-
-    def _ends(self) -> tuple[FloatArray, FloatArray]:
-        """Up where each rotation begins and where it ends, shape (m, 3) each."""
-        one, up = self.rotations, self.of.up
-        before, after = self._turned_inside()
-        return carried_inside(up[one.before], before), carried_inside(up[one.after], after)
+    def _tilts(self) -> FloatArray:
+        """Variance of up across gravity in each hold, without a sway that is followed, (n,)."""
+        known, own = self.of, (self.of.noise_alone or self.of).variance
+        return known.variance - np.maximum(own - self.noise_at_rest.tilt, 0.0)
 
     def moved(self, start: Parameters, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
         other = copy(self)
         other._start, other.free = start, tuple(free)
+        other.noise_at_rest = rest_of(self.holds, start.matrix, start.bias, self.of)
+        if (other.noise_at_rest.carried != self.noise_at_rest.carried).any():
+            args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
+            return GyroscopeExperiment(*args, self.readings, self.sources[2:], self.lost)
         resting, closing, walk = other._noise()
-        motion = replace(self.closure.motion, rate=self.rotations.rates(start))
+        rate = (self.samples.reading - start.bias) @ start.matrix.T
+        motion = replace(self.closure.motion, rate=rate)
         other.rest = replace(self.rest, noise=resting)
-        before, after = other._ends()
         other.closure = replace(
-            self.closure, before=before, after=after, noise=closing, walk=walk, motion=motion
+            self.closure, noise=closing, walk=walk, motion=motion, tilts=other._tilts()
         )
         other.sources = (other.rest, other.closure, *self.sources[2:])
         return other
@@ -393,14 +399,14 @@ class GyroscopeExperiment(Movable):
         """Rms closure by what sampling loses, rad, where it is most of the noise; else None."""
         span = np.diff(self.rotations.spans, axis=1)[:, 0]
         lost = 2.0 * float((self.lost * span).mean())
-        tilts = self.of.variance[self.closure.holds].sum(axis=1)
+        tilts = self._tilts()[self.closure.holds].sum(axis=1)
         whole = 2.0 * float((self.closure.noise + tilts).mean())
         return float(np.sqrt(lost)) if lost > 0.5 * whole else None
 
     @property
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
-        noise = self.closure.noise + self.of.variance[self.closure.holds].sum(axis=1)
+        noise = self.closure.noise + self._tilts()[self.closure.holds].sum(axis=1)
         return int((noise > UNSTEADY * median(noise)).sum())
 
 
@@ -484,14 +490,23 @@ class _Rests:
 
 def motion_of(
     known: Circumstances,
-    rotations: RotationSet,
+    before: IntArray,
+    samples: RotationSamples,
     start: Parameters,
     origin: float,
     readings: Readings | None,
 ) -> Circumstances:
-    """Circumstances of the samples; time and temperature have the references of the holds."""
-    samples = rotations.samples
-    hold = rotations.before[samples.rotation]
+    """Circumstances of the samples; time and temperature have the references of the holds.
+
+    Args:
+        known: circumstances of the holds.
+        before: the hold before each rotation, shape (m,).
+        samples: of the rotations, n of them.
+        start: calibration for the rates.
+        origin: time that counts as 0, s.
+        readings: what the holds were found in.
+    """
+    hold = before[samples.rotation]
     time = samples.time - origin
     temperature, recorded = np.full(len(time), np.nan), np.isfinite(known.temperature)
     if readings is not None and readings.temperature is not None and len(readings.temperature):
@@ -501,7 +516,7 @@ def motion_of(
         temperature = np.interp(time, known.time[recorded], known.temperature[recorded])
     return replace(
         known.select(hold),
-        rate=rotations.rates(start),
+        rate=(samples.reading - start.bias) @ start.matrix.T,
         temperature=temperature,
         time=time,
         previous=known.force[hold],

@@ -7,7 +7,8 @@ import numpy as np
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
-from imucal_wizard.estimate.distributions import exceeded
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
+from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.measurement.holds import Hold
 
 HOLD_FREEDOM = 4
@@ -26,8 +27,6 @@ EQUAL_P = 0.05
 """Probability of variances that differ as much by chance, above which they are taken as equal."""
 SWAYED_P = 0.01
 """Probability by chance, in any hold, of as much noise across gravity as in one that swayed."""
-EXACT = 1e6
-"""Degrees of freedom of a variance that is known."""
 SHRINKING_ROUNDS = 30
 SHRUNK_TO = 1e-4
 """Change of the variance beyond chance, relative, that no longer matters."""
@@ -149,7 +148,7 @@ def shrunk(
         slope = float((weight * squares).sum())
         more, freedom_left = float(squares.sum()), int(kept.sum()) - 1
         if not beyond and (
-            freedom_left < 1 or exceeded(more / freedom_left, freedom_left, EXACT) > EQUAL_P
+            freedom_left < 1 or exceeded(more / freedom_left, freedom_left, EXACT_FREEDOM) > EQUAL_P
         ):
             break
         step = (more - freedom_left) / slope
@@ -215,7 +214,7 @@ def _swayed(
     slow = across / single if (single > 0.0).all() else across
     usual = _pooled(slow[known], 2 * HOLD_FREEDOM)
     for k in np.flatnonzero(known & (slow > usual) & (across > along)):
-        far = exceeded(slow[k] / usual, 2 * freedom[k], EXACT) < SWAYED_P / len(along)
+        far = exceeded(slow[k] / usual, 2 * freedom[k], EXACT_FREEDOM) < SWAYED_P / len(along)
         ratio = across[k] / along[k]
         swayed[k] = far and exceeded(ratio, 2 * freedom[k], freedom[k]) < EQUAL_P
     return swayed
@@ -291,6 +290,8 @@ class Rest:
             the mean direction to either end, shape (h,).
         per_second: variance × time of the corrected rate by noise alone, rad²/s, shape (3,).
         per_sample: the same by single samples, whose noise a filter in the sensor may lessen, (3,).
+        tilt: variance of each component of the mean direction across gravity without the sway that
+            the gyroscope follows, rad², shape (h,); infinite where it follows none.
     """
 
     mean: FloatArray
@@ -299,25 +300,41 @@ class Rest:
     carried: BoolArray
     per_second: FloatArray
     per_sample: FloatArray
+    tilt: FloatArray
 
 
-def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
+def rest_of(
+    holds: Sequence[Hold],
+    matrix: FloatArray,
+    bias: FloatArray | None = None,
+    reference: GravityReference | None = None,
+) -> Rest:
     """From the noise of the holds' means.
 
     Axes differ by the noise per second that is common to all holds, holds by their own scatter,
     moderated by all others (``shrunk``). What a hold has beyond the common noise says less about
     the bias. In one that is far noisier than all others the device turned while it was averaged: it
-    ends elsewhere than its mean direction.
+    ends elsewhere than its mean direction. Where a hand holds the device, most of what the rates
+    show is turning: the common noise is then that of the fastest frequencies, and each hold turns.
 
     Args:
         holds: all of them; without a gyroscope in them they count as noisy as the others.
         matrix: M, rad/s per reading.
+        bias: b, the unit of the readings.
+        reference: up in each hold; without these two no hold is taken to sway.
     """
-    density = rate_noise(holds)
+    density, seconds = rate_noise(holds), np.array([hold.end - hold.start for hold in holds])
     density = np.zeros(3) if density is None else density
+    tilt = np.full(len(holds), np.inf)
+    if bias is not None and reference is not None:
+        tilt = _tilt(holds, matrix, bias, reference)
+    swaying = np.isfinite(tilt)
+    if swaying.any():
+        fast = [one.gyroscope_fast for one, sways in zip(holds, swaying, strict=True) if sways]
+        least = (np.array(fast) * seconds[swaying, None]).mean(axis=0)
+        density = np.where(least > 0.0, np.minimum(density, least), density)
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
-    seconds = np.array([hold.end - hold.start for hold in holds])
     common = per_second / seconds[:, None]
     growth, per_sample, alone = np.ones(len(holds)), density, np.full(len(holds), np.nan)
     turned = np.zeros(len(holds), np.bool_)
@@ -342,6 +359,39 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     # carrying integrates noise: that of its own samples counts, which no slow motion changes
     end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
     known = np.array([one.gyroscope_turn is not None for one in holds])
-    carried = known & (end > noise * alone)  # NaN where no noise is known
+    # of a device that sways the samples show more than noise; NaN where no noise is known
+    carried = known & (end > np.where(swaying, noise, noise * alone))
     end = np.where(carried, np.minimum(noise, end), turned * end)
-    return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample))
+    tilt = np.where(carried, tilt, np.inf)
+    return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample), tilt)
+
+
+def _tilt(
+    holds: Sequence[Hold], matrix: FloatArray, bias: FloatArray, reference: GravityReference
+) -> FloatArray:
+    """Variance of each mean direction without the sway that the gyroscope follows, rad², (h,).
+
+    The gyroscope follows a sway where the directions of the accelerometer scatter less once what
+    it turned is taken off. Its noise, integrated, makes them scatter more; a force of the hand that
+    is no turn does either in half of the holds. Infinite where not clearly more than half of the
+    holds show a sway, and where nothing is known.
+    """
+    out, freedom = np.full((2, len(holds)), np.nan), np.zeros(len(holds), np.int64)
+    for place, (one, up) in enumerate(zip(holds, reference.up, strict=True)):
+        if one.sway is None or one.gyroscope is None:
+            continue
+        across = np.eye(3) - np.outer(up, up)
+        read = np.hstack([across * reference.gain / reference.gravity, np.zeros((3, 4))])
+        # a body that turns by φ sees up move by up × φ
+        turned = np.column_stack([matrix, matrix @ (one.gyroscope - bias)])
+        turned = np.hstack([np.zeros((3, 3)), np.cross(up, turned.T).T])
+        for row, tilts in enumerate((read, read - turned)):
+            out[row, place] = 0.5 * np.trace(tilts @ one.sway @ tilts.T)
+        freedom[place] = 2 * one.noise_freedom
+    known = np.isfinite(out).all(axis=0)
+    followed = int((out[1, known] < out[0, known]).sum())
+    if 2 * followed - known.sum() <= SURE * np.sqrt(known.sum()):
+        return np.full(len(holds), np.inf)
+    times = np.array([one.end - one.start for one in holds])
+    left = shrunk(np.where(known, out[1], 0.0) * times, np.where(known, freedom, 0)) / times
+    return np.where(known, left, np.inf)

@@ -7,12 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
-from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
-from imucal_wizard.estimate.noise import Rest, has_rate
+from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_shift, rate_step, unseen_rounding
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -63,12 +62,13 @@ class RotationSet:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
 
-    def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
+    def at_rest(self, holds: Sequence[Hold], samples: RotationSamples | None = None) -> BoolArray:
         """Samples at either end of a rotation that still show what the holds show, shape (n,)."""
+        samples = samples or self.samples
         resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
-        near = (np.abs(self.samples.reading - resting) < self.step).all(axis=1)
+        near = (np.abs(samples.reading - resting) < self.step).all(axis=1)
         out = np.zeros(len(near), bool)
-        for first, past in itertools.pairwise(self.samples.offsets.tolist()):
+        for first, past in itertools.pairwise(samples.offsets.tolist()):
             own = near[first:past]
             ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
             out[first:past] = ahead | behind[::-1]
@@ -94,47 +94,45 @@ class RotationSet:
             out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
         return np.where(unseen != 0.0, out, 0.0)
 
-    def turned_inside(
-        self, holds: Sequence[Hold], rest: Rest, start: Parameters
-    ) -> tuple[FloatArray, FloatArray]:
-        """How the device turned in the holds, from its mean direction to that at each rotation.
+    def between_means(
+        self, holds: Sequence[Hold], turning: BoolArray
+    ) -> tuple[RotationSamples, BoolArray]:
+        """The samples from mean direction to mean direction of holds in which the device turns.
 
-        The bias in such a hold is on a straight line through those of the holds at rest: a bias
-        that has drifted is no turn.
+        A constant reading in half such a hold stands for its samples: its integral is that from
+        each moment of the hold to where the rotation begins, in the mean over the hold. Bias, gains
+        and effects act on it as on the samples.
 
         Args:
             holds: all of them.
-            rest: their noise, which tells the holds in which it turned.
-            start: calibration of the gyroscope.
+            turning: those in which the device turns, shape (h,).
 
         Returns:
-            Rotation vectors from the mean of the hold before to the first sample, and from that of
-            the hold after to the last one, rad, shape (m, 3) each.
+            The samples, n of them, and which of these were recorded, shape (n,).
         """
-        out = np.zeros((2, len(self.usable), 3))
-        middle = np.array([0.5 * (hold.start + hold.end) for hold in holds])
-        bias = np.tile(start.bias, (len(holds), 1))
-        still = [k for k, hold in enumerate(holds) if has_rate(hold) and not rest.carried[k]]
-        if len(still) >= MIN_RESTS_FOR_A_COURSE:
-            means = np.array([holds[k].gyroscope for k in still])
-            course = np.polynomial.polynomial.polyfit(middle[still] - middle[0], means, 1)
-            bias = course[0] + np.outer(middle - middle[0], course[1])
-        parts = itertools.pairwise(self.samples.offsets.tolist())
-        for place, (first, past) in enumerate(parts):
-            time, reading = self.samples.time[first:past], self.samples.reading[first:past]
-            for side, number in enumerate((self.before[place], self.after[place])):
-                hold = holds[number]
-                if not rest.carried[number]:
-                    continue
-                assert hold.gyroscope is not None and hold.gyroscope_turn is not None  # noqa: S101, PT018 (narrows)
-                sign, inside = (1.0, time < hold.end) if side == 0 else (-1.0, time >= hold.start)
-                whole = 0.5 * (hold.end - hold.start) * (hold.gyroscope - bias[number])
-                turned = sign * whole + hold.gyroscope_turn
-                if inside.any():  # the rotation reaches into the hold
-                    within = hold.end - time[0] if side == 0 else time[-1] - hold.start
-                    turned -= sign * within * (reading[inside].mean(axis=0) - bias[number])
-                out[side, place] = start.matrix @ turned
-        return out[0], out[1]
+        samples = self.samples
+        if not turning[np.concatenate([self.before, self.after])].any():
+            return samples, np.ones(len(samples.time), bool)
+        interval, times, readings, recorded = median(samples.dt[samples.dt > 0.0]), [], [], []
+        for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
+            time, reading = samples.time[first:past], samples.reading[first:past]
+            ahead = behind = 0
+            if turning[self.before[place]]:
+                until, mean = _to_mean(holds[self.before[place]], time, reading, interval, 1)
+                ahead = len(until)
+                time = np.append(time[0] - until[::-1], time)
+                reading = np.vstack([np.tile(mean, (ahead, 1)), reading])
+            if turning[self.after[place]]:
+                own = slice(ahead, None)
+                hold = holds[self.after[place]]
+                until, mean = _to_mean(hold, time[own], reading[own], interval, -1)
+                behind = len(until)
+                time = np.append(time, time[-1] + until)
+                reading = np.vstack([reading, np.tile(mean, (behind, 1))])
+            times.append(time)
+            readings.append(reading)
+            recorded.append(np.repeat([False, True, False], [ahead, past - first, behind]))
+        return rotation_samples(times, readings), np.concatenate(recorded)
 
     def joined(
         self,
@@ -169,9 +167,40 @@ class RotationSet:
         )
 
 
-def carried_inside(up: FloatArray, vector: FloatArray) -> FloatArray:
-    """Directions in the frame of a body that has turned by small rotation vectors, (m, 3)."""
-    return unit_vectors(up + np.cross(up, vector))
+def _to_mean(
+    hold: Hold, time: FloatArray, reading: FloatArray, interval: float, sign: int
+) -> tuple[FloatArray, FloatArray]:
+    """Times from the end of a rotation to the mean of a hold, and the reading in between.
+
+    Args:
+        hold: before the rotation (``sign`` 1) or after it (−1).
+        time: of the samples of the rotation, s, shape (n,).
+        reading: of these, shape (n, 3).
+        interval: of the samples, s.
+        sign: see ``hold``.
+
+    Returns:
+        Seconds from the first or last sample, rising, shape (k,); reading, shape (3,).
+    """
+    assert hold.gyroscope is not None and hold.gyroscope_turn is not None  # noqa: S101, PT018 (narrows)
+    whole, half = 0.5 * (hold.end - hold.start), 0.5 * interval
+    turned = whole * hold.gyroscope + sign * hold.gyroscope_turn
+    # a sample counts half an interval to either side: one that the rotation has, too, counts there,
+    # but for the outer half of its first or last one
+    if sign > 0:
+        near, inside, gap = reading[0], time < hold.end - half, time[0] - hold.end + half
+    else:
+        near, inside, gap = reading[-1], time > hold.start - half, hold.start - half - time[-1]
+    shared = int(inside.sum())
+    if shared:
+        gap = half
+        turned = turned - shared * interval * reading[inside].mean(axis=0)
+    turned = turned + gap * near
+    left = whole - shared * interval + gap
+    count = max(round(left / interval), 1)
+    step = left / count
+    # by the trapezoidal rule, which joins the reading to the sample at the end
+    return step * np.arange(1, count + 1), (turned / step - 0.5 * near) / (count - 0.5)
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:

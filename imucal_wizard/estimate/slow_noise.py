@@ -20,6 +20,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 
@@ -45,6 +46,8 @@ WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
 """Correlation times of what a place does to a sensor that is carried through it."""
 MOST_LACKING = 1e3
 """Variance of what a model may leave over that by noise: a closure thirty times too large."""
+SMALLEST_CHANCE = 1e-100
+"""Of any model, so that its logarithm is a number."""
 MIN_SLOW_SHARE = 0.3
 """Variance of a combination of holds by slow noise over that by white noise, below which a fit does
 not weigh it: the variance of the parameters is then at most 2.3²/(4 · 1.3) = 1.017 times the least
@@ -179,7 +182,8 @@ class Between:
         """How well the measured noise and slow errors of each size explain what the fit leaves.
 
         Either they make all of it (a χ² with the degrees of freedom of their sum after
-        Satterthwaite), or the model lacks something of any size, which is as likely beforehand.
+        Satterthwaite), or the model lacks something beside them, of any size, which is as likely
+        beforehand. Slow errors that would leave far more than is left are refuted by both.
 
         Args:
             slow: covariance of the rows by slow errors of size one on each axis, shape (n, n) each.
@@ -191,8 +195,6 @@ class Between:
         """
         total, own = float(self.variance.sum()), float(self.own.sum())
         moved = sizes.T @ [np.trace(one) for one in slow]
-        if own >= total:
-            return np.zeros(len(moved)), np.ones(len(moved))
         products = np.array([[(one * other).sum() for other in slow] for one in slow])
         crossed = sizes.T @ [np.diag(one) @ self.own for one in slow]
         squares = (sizes * (products @ sizes)).sum(axis=0) + 2.0 * crossed + self.own @ self.own
@@ -200,9 +202,13 @@ class Between:
         ratio = total / (own + moved)
         gamma = np.array([math.lgamma(one) for one in half])
         whole = half * np.log(half) - gamma + half * (np.log(ratio) - ratio)
-        lacking = -math.log(math.log(MOST_LACKING))
+        # what lacks, of a size from nothing up, only adds to what they leave
+        less = [1.0 - exceeded(r, 2.0 * h, EXACT_FREEDOM) for h, r in zip(half, ratio, strict=True)]
+        lacking = np.log(np.maximum(less, SMALLEST_CHANCE) / math.log(MOST_LACKING))
         log = np.logaddexp(whole, lacking)
-        white = np.exp(whole - log) * own + np.exp(lacking - log) * np.maximum(total - moved, own)
+        least = min(own, total)
+        white = np.exp(whole - log) * least
+        white += np.exp(lacking - log) * np.maximum(total - moved, least)
         return log, white / total
 
 

@@ -35,6 +35,8 @@ class Blocks:
         mean: mean reading of the accelerometer and, if any, the gyroscope, shape (m, 3) or (m, 6);
             NaN where samples of the gyroscope are missing.
         variance: variance about that mean, of the same shape.
+        moment: mean of the reading times its place in the block, −½ to ½, of the same shape: with
+            it slow waves are told from fast ones that have the same means.
         temperature: mean temperature, °C, NaN where unknown, shape (m,).
         gap: samples are missing in the block, or between it and the previous one, shape (m,).
         size: samples in each block.
@@ -44,6 +46,7 @@ class Blocks:
     end: FloatArray
     mean: FloatArray
     variance: FloatArray
+    moment: FloatArray
     temperature: FloatArray
     gap: BoolArray
     size: int
@@ -68,6 +71,7 @@ class Blocks:
             end=self.end[rows],
             mean=self.mean[rows],
             variance=self.variance[rows],
+            moment=self.moment[rows],
             temperature=self.temperature[rows],
             gap=self.gap[rows],
             size=self.size,
@@ -85,6 +89,7 @@ def join_blocks(parts: Sequence[Blocks]) -> Blocks:
         end=joined("end"),
         mean=joined("mean"),
         variance=joined("variance"),
+        moment=joined("moment"),
         temperature=joined("temperature"),
         gap=np.concatenate([part.gap for part in parts]),
         size=parts[0].size,
@@ -96,8 +101,8 @@ def _block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
     return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
 
 
-def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean and variance of each piece.
+def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mean, variance and moment of each piece.
 
     Each piece is re-centred on its first sample; a plain sum of squares would lose the variance of
     raw counts around 32768.
@@ -106,17 +111,18 @@ def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
         pieces: shape (m, size, channels).
 
     Returns:
-        Means and variances, each of shape (m, channels).
+        Means, variances and moments (see ``Blocks``), each of shape (m, channels).
     """
     count, size, _ = pieces.shape
     step = max(1, _SAMPLES_AT_ONCE // size)
     parts = [_moments(pieces[i : i + step]) for i in range(0, max(count, 1), step)]
     if len(parts) == 1:
         return parts[0]
-    return np.concatenate([mean for mean, _ in parts]), np.concatenate([var for _, var in parts])
+    mean, variance, moment = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return mean, variance, moment
 
 
-def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """The same for a number of pieces that stays in the processor's cache.
 
     Every channel of a piece is copied into a row of its own, so that its sum is formed in an order
@@ -126,8 +132,10 @@ def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray]:
     origin = offset[:, :, 0].copy()
     offset -= origin[:, :, None]
     mean = offset.mean(axis=2)
+    size = offset.shape[2]
+    moment = (offset * ((np.arange(size) - 0.5 * (size - 1)) / size)).mean(axis=2)
     offset *= offset
-    return origin + mean, np.maximum(offset.mean(axis=2) - mean * mean, 0.0)
+    return origin + mean, np.maximum(offset.mean(axis=2) - mean * mean, 0.0), moment
 
 
 class BlockCutter:
@@ -158,16 +166,19 @@ class BlockCutter:
     def _blocks(self, whole: Readings, count: int) -> Blocks:
         used = count * self.size
         time = whole.accelerometer.time[:used].reshape(count, self.size)
-        mean, variance = block_moments(_pieces(whole.accelerometer, count, self.size))
+        moments = block_moments(_pieces(whole.accelerometer, count, self.size))
         if whole.gyroscope is not None:
             of_gyroscope = block_moments(_pieces(whole.gyroscope, count, self.size))
-            mean = np.hstack((mean, of_gyroscope[0]))
-            variance = np.hstack((variance, of_gyroscope[1]))
+            both = (np.hstack(pair) for pair in zip(moments, of_gyroscope, strict=True))
+            mean, variance, moment = both
+        else:
+            mean, variance, moment = moments
         return Blocks(
             start=time[:, 0].copy(),
             end=time[:, -1] + self._interval,
             mean=mean,
             variance=variance,
+            moment=moment,
             temperature=self._temperature(time),
             gap=self._gaps(time),
             size=self.size,

@@ -20,6 +20,7 @@ from imucal_wizard.core.limits.stillness import (
     MAX_SLOW_TO_FAST,
     MAX_SWAY,
     MAX_TRIMMED_BLOCKS,
+    MIN_BLOCKS_TO_FOLLOW,
     MIN_BLOCKS_TO_TRIM,
     MIN_HOLD_SECONDS,
     MIN_SETTLING,
@@ -63,6 +64,11 @@ class Hold:
         gyroscope_turn: integral of the gyroscope's reading less its mean from each moment of the
             hold to the end, averaged over the hold, reading × s, shape (3,), or None. With the mean
             it gives how far a swaying device turned from its mean direction to that at the end.
+        gyroscope_fast: variance of the gyroscope's mean if its noise at all frequencies were that
+            of the fastest changes between blocks, shape (3,), or None: a hand sways more slowly.
+        sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope less its
+            mean, and of the mean time, by low frequencies, shape (7, 7), or None: both sensors show
+            how a device sways. With it there is ``gyroscope_fast``, too.
     """
 
     start: float
@@ -79,6 +85,8 @@ class Hold:
     gyroscope_scatter: FloatArray | None = None
     noise_freedom: int = 2 * NOISE_FREQUENCIES
     gyroscope_turn: FloatArray | None = None
+    gyroscope_fast: FloatArray | None = None
+    sway: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -150,18 +158,24 @@ class Collected:
 
 def hold_from(blocks: Blocks) -> Hold:
     """A hold from consecutive blocks at rest, guards already removed."""
-    mean, covariance, freedom = mean_and_covariance(blocks.mean)
+    mean, covariance, freedom = mean_and_covariance(blocks.mean, blocks.moment)
     if blocks.turning:
         there = ~np.isnan(blocks.mean[:, 3])
         if not there.all() and 2 * there.sum() >= len(blocks):
-            mean[3:], covariance[3:, 3:], _ = mean_and_covariance(blocks.mean[there, 3:])
+            mean[3:], covariance[3:, 3:], _ = mean_and_covariance(
+                blocks.mean[there, 3:], blocks.moment[there, 3:]
+            )
     turning = blocks.turning and bool(np.isfinite(mean[3:]).all())
     known = blocks.temperature[~np.isnan(blocks.temperature)]
     samples = len(blocks) * blocks.size
     scatter = (blocks.variance + (blocks.mean - mean) ** 2).mean(axis=0) / (samples - 1)
     # the mean over t of the integral from t to the end weighs each moment by the time before it
     elapsed = (np.arange(len(blocks)) + 0.5) / len(blocks)
-    turn = elapsed @ (blocks.mean - mean) * (blocks.end[-1] - blocks.start[0]) / len(blocks)
+    turn = elapsed @ (blocks.mean - mean) + blocks.moment.mean(axis=0)
+    turn *= (blocks.end[-1] - blocks.start[0]) / len(blocks)
+    followed = turning and len(blocks) >= MIN_BLOCKS_TO_FOLLOW
+    if followed:
+        followed = bool(np.isfinite(blocks.mean[:, 3:]).all())
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -175,7 +189,31 @@ def hold_from(blocks: Blocks) -> Hold:
         gyroscope_scatter=scatter[3:] if turning else None,
         noise_freedom=freedom,
         gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
+        gyroscope_fast=_fast_variance(blocks.mean[:, 3:]) if followed else None,
+        sway=_sway(blocks) if followed else None,
     )
+
+
+def _fast_variance(means: FloatArray) -> FloatArray:
+    """Variance of the mean of block means (m, k) by their fifth differences, shape (k,).
+
+    These show 4 to 5 Hz: a hand sways more slowly and trembles faster, at 8 to 12 Hz.
+    """
+    fifth = np.diff(means, 5, axis=0)
+    return np.asarray((fifth**2).mean(axis=0) / (252.0 * len(means)))
+
+
+def _sway(blocks: Blocks) -> FloatArray:
+    """See ``Hold``."""
+    count, seconds = len(blocks), (blocks.end[-1] - blocks.start[0]) / len(blocks)
+    rate = blocks.mean[:, 3:] - blocks.mean[:, 3:].mean(axis=0)
+    # the mean of an integral over a block falls with the moment of what is integrated
+    angle = seconds * (np.add.accumulate(rate, axis=0) - 0.5 * rate - blocks.moment[:, 3:])
+    elapsed = seconds * (np.arange(count)[:, None] + 0.5)
+    over = np.hstack(
+        [blocks.moment[:, :3], seconds / 12.0 * rate, np.full((count, 1), seconds / 12.0)]
+    )
+    return mean_and_covariance(np.hstack([blocks.mean_a, angle, elapsed]), over)[1]
 
 
 def hold_at_rest(
@@ -309,12 +347,29 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     noise = np.maximum(noise, np.maximum(scatter / (first - 2), slow / 2.0))
     if not float(size[best] ** 2 @ (1.0 / noise)) > MIN_SETTLING:
         return blocks
+    if blocks.turning and _turns(blocks, first, shapes):
+        return blocks
     least = min(len(blocks), max(round(MIN_HOLD_SECONDS / seconds), MIN_BLOCKS_TO_TRIM))
     kept = np.arange(len(blocks), least - 1, -1)
     tail = np.cumsum(fading[::-1])[kept - 1] / kept
     doubt = (TAIL_DOUBT * tail) ** 2 * float(amplitude @ amplitude) + noise.sum() / kept
     begin = int(doubt.argmin())
-    return replace(blocks, mean=corrected).select(slice(begin, len(blocks)))
+    moment = blocks.moment.copy()
+    moment[:, :3] += np.outer(fading, amplitude) / (12.0 * finer[best])
+    return replace(blocks, mean=corrected, moment=moment).select(slice(begin, len(blocks)))
+
+
+def _turns(blocks: Blocks, first: int, shapes: FloatArray) -> bool:
+    """Whether the rates of the first blocks have the shapes (k, first), too.
+
+    Then the device turns, and no sensor settles.
+    """
+    rates = blocks.mean[:first, 3:]
+    # white noise of the samples, less what a block averages of a tremor
+    noise = np.maximum(blocks.variance[:first, 3:].mean(axis=0) / blocks.size, 1e-300)
+    noise = noise * min(1.0, float((_fast_variance(rates) * first / noise).mean()))
+    size = shapes @ (rates - rates[-1])
+    return bool((size**2 > MIN_SETTLING * noise).any())
 
 
 @lru_cache(maxsize=64)
@@ -340,7 +395,9 @@ def _quiet_from(off: BoolArray, most: int) -> int:
     return taken
 
 
-def mean_and_covariance(means: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+def mean_and_covariance(
+    means: FloatArray, moments: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray, int]:
     """Mean of block means, its covariance, degrees of freedom per axis of that.
 
     The covariance of a mean is the power of the noise at low frequencies over the duration. It is
@@ -348,10 +405,12 @@ def mean_and_covariance(means: FloatArray) -> tuple[FloatArray, FloatArray, int]
     Physical Applications, 8.1), so that slow noise counts with its true weight. A tremor is the
     change of a bounded velocity: it cancels in the mean but for the velocities at both ends, which
     cosines count twice and sines not at all. Means of parts of the hold would count the velocities
-    between the parts as well, up to eight times the noise of the mean.
+    between the parts as well, up to eight times the noise of the mean. A tremor near one cycle in a
+    block changes the means of blocks slowly; the moments in the blocks show that it is fast.
 
     Args:
         means: block means, shape (m, k).
+        moments: of the blocks, shape (m, k); None where nothing is as fast as the blocks.
     """
     origin, count = means[0], len(means)
     centred = means - origin
@@ -360,6 +419,10 @@ def mean_and_covariance(means: FloatArray) -> tuple[FloatArray, FloatArray, int]
     if not len(waves):
         return origin + average, np.full((len(average), len(average)), np.nan), 0
     power = np.add.reduce(waves[:, :, None] * centred, axis=1)
+    if moments is not None:
+        # to first order in a block: cos(ωt + ωτu) = cos ωt − ωτu sin ωt
+        turned = np.add.reduce(_slopes_of_waves(count)[:, :, None] * moments, axis=1)
+        power += turned
     return origin + average, power.T @ power / (len(waves) * count), len(waves)
 
 
@@ -377,6 +440,17 @@ def _lowest_waves(count: int) -> FloatArray:
     phase = 2.0 * np.pi * np.outer(cycles, np.arange(count) + 0.5) / count
     waves: FloatArray = np.concatenate([np.cos(phase), np.sin(phase)]) * np.sqrt(2.0 / count)
     return waves
+
+
+@lru_cache(maxsize=256)
+def _slopes_of_waves(count: int) -> FloatArray:
+    """Change of each of the lowest waves over one block, (k, count)."""
+    waves = _lowest_waves(count)
+    if count <= 2:
+        return np.zeros_like(waves)
+    cycles = len(waves) // 2
+    over = 2.0 * np.pi * np.arange(1, cycles + 1)[:, None] / count
+    return np.concatenate([-over * waves[cycles:], over * waves[:cycles]])
 
 
 _REACH = 64

@@ -10,6 +10,7 @@ with slopes w′ from the neighbouring intervals; the last part is the coning wi
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -19,7 +20,7 @@ import numpy as np
 from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -60,6 +61,9 @@ class HoldMeans(msgspec.Struct, frozen=True):
         gyroscope_scatter: the same of the gyroscope.
         gyroscope_turn: how far the gyroscope turned from the mean direction to that at the end,
             beyond its mean reading, reading × s, or None.
+        gyroscope_fast: variance of the gyroscope's mean by its fastest changes, or None.
+        sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope and of
+            the mean time, 7×7, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -80,6 +84,8 @@ class HoldMeans(msgspec.Struct, frozen=True):
     accelerometer_scatter: list[float] | None = None
     gyroscope_scatter: list[float] | None = None
     gyroscope_turn: list[float] | None = None
+    gyroscope_fast: list[float] | None = None
+    sway: list[list[float]] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -99,11 +105,16 @@ class HoldMeans(msgspec.Struct, frozen=True):
             gyroscope_scatter=_array(self.gyroscope_scatter),
             noise_freedom=self.noise_freedom,
             gyroscope_turn=_array(self.gyroscope_turn),
+            gyroscope_fast=_array(self.gyroscope_fast),
+            sway=_array(self.sway),
         )
 
 
 class RotationIncrements(msgspec.Struct, frozen=True):
     """One rotation between two holds, k intervals long.
+
+    It begins and ends at the mean direction of each hold: where the device turned in a hold, with
+    an interval for that turn.
 
     Attributes:
         before: number of the hold before.
@@ -112,9 +123,6 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         gyroscope: integral of the reading over each, ``bias_unit`` times s, k×3.
         accelerometer: mean reading over each, k×3, or None where it was not kept.
         axis: body axis of the rotation, or None for any other axis.
-        turned_before: small rotation vector from the mean direction in the hold before to that at
-            the first edge, rad; None where the device did not turn in that hold.
-        turned_after: the same of the hold after and the last edge.
     """
 
     before: int
@@ -123,8 +131,6 @@ class RotationIncrements(msgspec.Struct, frozen=True):
     gyroscope: list[list[float]]
     accelerometer: list[list[float]] | None = None
     axis: str | None = None
-    turned_before: list[float] | None = None
-    turned_after: list[float] | None = None
 
     def readings(self) -> FloatArray:
         """Mean reading of the gyroscope over each interval, shape (k, 3)."""
@@ -255,13 +261,15 @@ def wrong_measurements(
     for hold in holds:
         which = f"the hold at {hold.start:g} s"
         spreads = hold.accelerometer_covariance, hold.gyroscope_covariance
-        scatters = hold.accelerometer_scatter, hold.gyroscope_scatter
+        scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_fast
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
         vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
         if any(one is not None and len(one) != 3 for one in vectors):
             return f"{which} does not have three numbers of each sensor"
         if any(one is not None and not is_covariance(one, 3) for one in spreads):
             return f"{which} does not have a valid covariance of three axes"
+        if hold.sway is not None and not is_covariance(hold.sway, 7):
+            return f"{which} does not have a valid covariance of its sway"
         if any(value < 0.0 for one in scatters for value in one or ()):
             return f"{which} has a negative variance"
         if not hold.end > hold.start:
@@ -276,8 +284,6 @@ def wrong_measurements(
         beside = one.accelerometer
         if beside is not None and [len(row) for row in beside] != [3] * len(one.gyroscope):
             return "a rotation does not have the accelerometer's reading in each interval"
-        if any(one is not None and len(one) != 3 for one in (one.turned_before, one.turned_after)):
-            return "a turn inside a hold does not have three numbers"
     for step in table:
         spread, scatter = step.covariance, step.scatter
         if spread is not None and not is_covariance(spread, 3):
@@ -333,6 +339,8 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             accelerometer_scatter=_listed(hold.accelerometer_scatter),
             gyroscope_scatter=_listed(hold.gyroscope_scatter),
             gyroscope_turn=_listed(hold.gyroscope_turn),
+            gyroscope_fast=_listed(hold.gyroscope_fast),
+            sway=_listed(hold.sway),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)
@@ -347,16 +355,32 @@ def rotation_increments(report: FitReport) -> list[RotationIncrements]:
     places = {(hold.start, hold.end): row for row, hold in enumerate(report.holds)}
     turned = {} if fit.experiment is None else fit.experiment.turned_in_holds()
     return [
-        msgspec.structs.replace(
-            increments_of(one, places[before], places[after], fit.matrix, fit.bias),
-            turned_before=_turn(turned[number][0]) if number in turned else None,
-            turned_after=_turn(turned[number][1]) if number in turned else None,
+        increments_of(
+            _from_means(one, *turned[number]) if number in turned else one,
+            places[before],
+            places[after],
+            fit.matrix,
+            fit.bias,
         )
         for number, one in enumerate(report.rotations)
         if one.problem is None
         and (before := (one.before.start, one.before.end)) in places
         and (after := (one.after.start, one.after.end)) in places
     ]
+
+
+def _from_means(
+    rotation: Rotation, time: FloatArray, reading: FloatArray, recorded: BoolArray
+) -> Rotation:
+    """A rotation with how the device turned in its holds; for the arguments see ``Experiment``."""
+    force = rotation.accelerometer
+    if force is not None:
+        force = force[strictly_later(rotation.time)]
+        first, past = np.flatnonzero(recorded)[[0, -1]] + [0, 1]
+        ahead = np.tile(rotation.before.accelerometer, (first, 1))
+        behind = np.tile(rotation.after.accelerometer, (len(time) - past, 1))
+        force = np.concatenate([ahead, force, behind])
+    return replace(rotation, time=time, rate=reading, accelerometer=force)
 
 
 def increments_of(
@@ -441,10 +465,6 @@ def _rounded(values: FloatArray) -> list[list[float]]:
 
 def _direction(vector: FloatArray) -> list[float] | None:
     return _listed(vector / np.linalg.norm(vector)) if np.isfinite(vector).all() else None
-
-
-def _turn(vector: FloatArray) -> list[float] | None:
-    return _listed(vector) if vector.any() else None
 
 
 def _listed(values: FloatArray | None) -> Any:  # lists as deep as the array

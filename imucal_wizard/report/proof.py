@@ -25,7 +25,6 @@ from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.estimate.gauge import symmetric
 from imucal_wizard.estimate.parameters import base_parameters, unit_of
 from imucal_wizard.estimate.result import beyond_limit
-from imucal_wizard.estimate.rotation_set import carried_inside
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.report.measured import RotationIncrements
 
@@ -156,16 +155,13 @@ class Proof:
     def _closing(self, rates: FloatArray, up: FloatArray) -> FloatArray:
         """Angle between carried and measured gravity in each rotation, rad."""
         ends = np.cumsum([len(one.gyroscope) for one in self._rotations])[:-1]
-        # what turned inside a hold is known in the calibration's own frame
-        left, _, right = np.linalg.svd(up.T @ self._up)
-        left[:, 2] *= np.linalg.det(left @ right)
-        frame = left @ right  # the rotation that solves Wahba's problem
-        out = []
-        for one, own in zip(self._rotations, np.split(rates, ends), strict=True):
-            before = _carried(up[one.before], one.turned_before, frame)
-            after = _carried(up[one.after], one.turned_after, frame)
-            out.append(np.linalg.norm(one.attitudes(own)[-1].T @ before - after))
-        return np.array(out)
+        each = zip(self._rotations, np.split(rates, ends), strict=True)
+        return np.array(
+            [
+                np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
+                for one, own in each
+            ]
+        )
 
     def _turning(self) -> Samples:
         """Intervals of all rotations, with gravity carried by the calibration without effects."""
@@ -177,8 +173,7 @@ class Proof:
         for one in self._rotations:
             y = one.readings()
             rate, edges = (y - bias) @ matrix.T, np.array(one.edges)
-            before = _carried(self._up[one.before], one.turned_before, np.eye(3))
-            carried = before @ one.attitudes(rate)[:-1]
+            carried = self._up[one.before] @ one.attitudes(rate)[:-1]
             force.append(carried - np.cross(0.5 * rate * np.diff(edges)[:, None], carried))
             reading.append(y)
             time += (0.5 * (edges[1:] + edges[:-1]) - origin).tolist()
@@ -249,17 +244,6 @@ class Proof:
         short = np.array([one.shortened for one in self._calibration.field_means])
         size = np.linalg.norm(corrected, axis=1) + short
         return np.asarray(size - size.mean())
-
-
-def _carried(up: FloatArray, turned: list[float] | None, frame: FloatArray) -> FloatArray:
-    """Up where a rotation begins or ends, shape (3,).
-
-    Args:
-        up: mean in the hold, shape (3,).
-        turned: since or until then; None for not at all.
-        frame: from that of ``turned`` to that of ``up``, shape (3, 3).
-    """
-    return up if turned is None else carried_inside(up[None], frame @ turned)[0]
 
 
 def _unit(vectors: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """Small statistics: Student's t, noise of averages, repeats, what stands out."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,6 @@ from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, hold_from
-from imucal_wizard.model.rows.source import Parameters
 from tests.estimate.truth import EIGHTEEN, even_directions, hold, tilted
 
 
@@ -91,17 +91,25 @@ def test_holds_in_which_the_device_swayed_are_as_quiet_along_gravity(swaying: in
     assert (across[:swaying] > 3.0).all()
 
 
-def test_the_gyroscope_carries_the_mean_direction_of_a_swaying_hold_to_its_ends() -> None:
-    """A hold that turns about z by a wave and a drift; true angles beside what the rates tell."""
-    time = np.arange(600) / 100.0
-    angle = np.radians(0.3 * np.sin(2.0 * time) + 0.05 * time)
-    rate = np.zeros((600, 3))
-    rate[:, 2] = 0.1 + np.gradient(angle, time)
-    force = 9.81 * np.column_stack([np.cos(angle), -np.sin(angle), np.zeros(600)])
-    readings = Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
-    found = hold_from(BlockCutter(100.0).feed(readings))
-    turned = RotationSet(
-        samples=rotation_samples([time[-5:] + 0.01, time[:5] - 0.01], [rate[-5:], rate[:5]]),
+@pytest.mark.parametrize("rate", [25.0, 100.0])
+def test_a_rotation_begins_and_ends_at_the_mean_direction_of_a_swaying_hold(rate: float) -> None:
+    """A hold that turns about z by waves; the true angles beside the integral of the samples.
+
+    The rotation shares five samples with the hold before, or four with the hold after.
+    """
+    time = np.arange(6 * int(rate)) / rate
+    waves, sizes = np.array([2.0, 55.0]), np.radians([3.0, 0.1])
+    angle = np.sin(np.outer(time, waves)) @ sizes
+    turned = np.zeros((len(time), 3))
+    turned[:, 2] = np.cos(np.outer(time, waves)) @ (waves * sizes)
+    force = 9.81 * np.column_stack([np.cos(angle), -np.sin(angle), np.zeros(len(time))])
+    rates = 0.1 + turned
+    readings = Readings(Series(time, force, "m/s^2"), Series(time, rates, "rad/s"))
+    found = hold_from(BlockCutter(rate).feed(readings))
+    whole = round(found.end * rate)
+    last, first = slice(whole - 5, whole), slice(0, 4)
+    rotations = RotationSet(
+        samples=rotation_samples([time[last], time[first]], [rates[last], rates[first]]),
         usable=np.arange(2),
         before=np.array([0, 1]),
         after=np.array([1, 0]),
@@ -109,15 +117,17 @@ def test_the_gyroscope_carries_the_mean_direction_of_a_swaying_hold_to_its_ends(
         rounding=np.zeros(3),
         step=np.zeros(3),
     )
-    calm = replace(found, gyroscope_turn=None)
-    rest = replace(rest_of([found, calm], np.eye(3)), carried=np.array([True, False]))
-    start = Parameters(np.eye(3), np.array([0.0, 0.0, 0.1]))
-    before, after = turned.turned_inside([found, calm], rest, start)
-    # the rotations begin 0.04 s before the end of the hold and end 0.03 s after its start
-    expected = angle[-5] - angle.mean(), angle[4] - angle.mean()
-    assert (before[0, 2], after[1, 2]) == pytest.approx(expected, abs=np.radians(0.01))
-    assert not before[1].any()
-    assert not after[0].any()
+    samples, recorded = rotations.between_means([found, found], np.array([True, False]))
+    assert recorded.sum() == 9
+    mean = angle[:whole].mean()
+    expected = angle[whole - 1] - mean, mean - angle[0]
+    for part, true in zip(itertools.pairwise(samples.offsets.tolist()), expected, strict=True):
+        own = slice(*part)
+        steps = np.diff(samples.time[own])
+        rate_z = samples.reading[own, 2] - 0.1
+        integral = (0.5 * (rate_z[1:] + rate_z[:-1]) * steps).sum()
+        # the trapezoidal rule takes a hundredth of the fast wave off at 25 samples/s
+        assert integral == pytest.approx(true, abs=np.radians(0.03))
 
 
 @pytest.mark.parametrize(

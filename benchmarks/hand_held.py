@@ -1,0 +1,150 @@
+"""A device held in the hand for a whole session: ``python -m benchmarks.hand_held [N [SEED]]``.
+
+N (20) sessions of each hand from a simulator of its own (``hand_motion``): 18 poses and two turns
+about each axis, in which the direction sways below 1 Hz also in the holds, and the hand trembles at
+8 to 12 Hz. An effect is hidden in some. The table has the error held out and the noise figure
+beside it, rms over the sessions, the rms error of the biases over their standard errors, and the
+verdicts.
+"""
+
+import sys
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from benchmarks.hand_motion import Device, G, Motion, placed, recorded
+from benchmarks.measure import machine
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.recording import fit_readings
+
+SIZES = {"": 0.0, "g-sensitivity": 0.1, "second-order": 0.2, "cross-product": 0.3}
+"""°/s at 1 g; per cent at 1 rad/s."""
+
+
+@dataclass(frozen=True)
+class Hand:
+    """How a hand holds the device: see ``placed``."""
+
+    sway: float
+    tremor: float
+    rate: float = 100.0
+    hidden: str = ""
+
+
+HANDS = (
+    Hand(0.0, 0.0),
+    Hand(0.1, 2.0),
+    Hand(0.3, 0.0),
+    Hand(0.3, 5.0),
+    Hand(0.5, 5.0),
+    Hand(0.3, 20.0),
+    Hand(0.3, 5.0, rate=25.0),
+    Hand(0.3, 5.0, rate=400.0),
+    *(Hand(0.3, 5.0, hidden=name) for name in SIZES if name),
+)
+
+
+@dataclass(frozen=True)
+class Session:
+    """What was found in one session.
+
+    Attributes:
+        held_out: of the gyroscope, rad.
+        floor: its noise figure, rad.
+        held_out_a: of the accelerometer, m/s².
+        floor_a: its noise figure, m/s².
+        errors: of the gyroscope's biases over their standard errors, shape (3,).
+        verdict: of the gyroscope, with what is named.
+        verdict_a: of the accelerometer.
+    """
+
+    held_out: float
+    floor: float
+    held_out_a: float
+    floor_a: float
+    errors: FloatArray
+    verdict: str
+    verdict_a: str
+
+
+def with_effect(motion: Motion, hidden: str) -> Motion:
+    """The motion as a gyroscope with this effect feels it."""
+    rate, error = motion.rate, np.zeros_like(motion.rate)
+    size = SIZES[hidden]
+    if hidden == "g-sensitivity":
+        error[:, 0] = np.radians(size) * motion.force[:, 1] / G
+    elif hidden == "second-order":
+        error[:, 1] = 0.01 * size * rate[:, 1] ** 2
+    elif hidden == "cross-product":
+        error[:, 2] = 0.01 * size * rate[:, 0] * rate[:, 1]
+    return replace(motion, rate=rate + error)
+
+
+def session(hand: Hand, seed: int, number: int) -> Session:
+    """One session of a hand, fitted and judged."""
+    rng = np.random.default_rng([seed, number, HANDS.index(hand)])
+    device = Device(rate=hand.rate)
+    motion = placed(device, rng, tremor=hand.tremor, sway=hand.sway, turns=2)
+    # the readings without any error of the sensor tell its bias
+    state = rng.bit_generator.state
+    readings = recorded(with_effect(motion, hand.hidden), device, rng)
+    rng.bit_generator.state = state
+    still = replace(motion, rate=np.zeros_like(motion.rate))
+    none = recorded(still, replace(device, rate_noise=0.0, bits=48), rng)
+    report = fit_readings(readings)
+    sensor, accelerometer = report.sensors["gyroscope"], report.sensors["accelerometer"]
+    if sensor.floor is None or accelerometer.floor is None or none.gyroscope is None:
+        raise SystemExit("a simulated session was not fitted")
+    errors = sensor.bias - none.gyroscope.values.mean(axis=0)
+    known = [one.standard_error or np.nan for one in sensor.parameters if "bias" in one.name]
+    benches, said = Benches(report, readings), []
+    for name in ("gyroscope", "accelerometer"):
+        bench = benches.bench(name)
+        if bench is None:
+            raise SystemExit(f"a simulated session has no bench for the {name}")
+        opinion = bench.look().opinion
+        said.append(" ".join([str(opinion.verdict), *opinion.families]))
+    return Session(
+        sensor.rms_held_out or np.nan,
+        sensor.floor,
+        accelerometer.rms_held_out or np.nan,
+        accelerometer.floor,
+        errors / known,
+        *said,
+    )
+
+
+def row(hand: Hand, sessions: list[Session]) -> str:
+    """A line of the table."""
+
+    def rms(name: str, unit: float = 1.0) -> float:
+        return float(np.sqrt(np.mean([np.square(getattr(s, name)) for s in sessions]))) / unit
+
+    degree, mg = np.pi / 180.0, 1e-3 * G
+    figures = (
+        f"{rms('held_out', degree):10.4f}{rms('floor', degree):9.4f}"
+        f"{rms('errors'):9.2f}{rms('held_out_a', mg):10.3f}{rms('floor_a', mg):9.3f}"
+    )
+    said = ", ".join(f"{n} {v}" for v, n in Counter(s.verdict for s in sessions).most_common())
+    complete = sum(s.verdict_a == "complete" for s in sessions)
+    name = f"{hand.sway:.1f}°, {hand.tremor:.0f} mg, {hand.rate:.0f} Hz {hand.hidden}".rstrip()
+    return f"{name:34}{figures}{complete:11}  {said}"
+
+
+def main(count: str = "20", seed: str = "1") -> None:
+    """Print the table."""
+    print(machine())
+    print(f"{count} sessions of each hand, seed {seed}")
+    print(
+        f"{'sway, tremor, samples/s, hidden':34}{'°: held':>10}{'noise':>9}{'bias/se':>9}"
+        f"{'mg: held':>10}{'noise':>9}{'complete':>11}  gyroscope's verdicts"
+    )
+    for hand in HANDS:
+        done = [session(hand, int(seed), number) for number in range(int(count))]
+        print(row(hand, done), flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
