@@ -123,7 +123,11 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
-    warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
+    warnings = (
+        *readings.warnings,
+        *axes_without_noise(holds, steps[0]),
+        *rounding_warnings(holds, steps, units),
+    )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )

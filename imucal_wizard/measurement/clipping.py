@@ -5,6 +5,7 @@ follows the clipping, the readings stand near one extreme for a while: fast and 
 reach the same rate, and the integrated rate falls short of the angle that gravity shows.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -90,29 +91,33 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def _flat_ends(values: FloatArray, rest: FloatArray) -> FloatArray | None:
-    """The ends of a range that all motions show, shape (2, 3): lowest and highest readings.
+def _flat_ends(motions: Sequence[FloatArray], rest: FloatArray) -> FloatArray | None:
+    """The ends of a range that the motions show, shape (2, 3): lowest and highest readings.
 
-    Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
-    ends count if two or more of the six extremes are flat and equally far from rest.
+    Clipping repeats one extreme value exactly. An extreme is an end if two motions or more are flat
+    there, or if another one of the six, as far from rest, is flat too: one range usually holds for
+    both senses and all axes.
 
     Args:
-        values: readings while the device moves, shape (n, 3).
+        motions: readings of each motion, shape (n, 3).
         rest: the reading at rest, shape (3,).
 
     Returns:
         The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
     """
+    values = np.concatenate(motions)
     if len(values) < MIN_CHECKED_SAMPLES:
         return None
     extremes = np.stack([values.min(axis=0), values.max(axis=0)])
-    flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
+    flat = np.zeros((2, 3), np.int64)
+    for sense, axis in itertools.product(range(2), range(3)):
+        there = [one[:, axis] for one in motions if (one[:, axis] == extremes[sense, axis]).any()]
+        flat[sense, axis] = sum(_flat_top(column if sense else -column) for column in there)
     away = np.abs(extremes - rest)
-    largest = float(away[flat].max(initial=0.0))
-    flat &= away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest
-    if int(flat.sum()) < MIN_FLAT_ENDS:
-        return None
-    return np.where(flat, extremes, np.array([[-np.inf], [np.inf]]))
+    largest = float(away[flat > 0].max(initial=0.0))
+    alike = (flat > 0) & (away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest)
+    ends = (flat >= MIN_FLAT_ENDS) | (alike & (alike.sum() >= MIN_FLAT_ENDS))
+    return np.where(ends, extremes, np.array([[-np.inf], [np.inf]])) if ends.any() else None
 
 
 CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
@@ -164,7 +169,7 @@ def clipped_motions(
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
     rest = median_of_rows(np.array([one.rest for one in motions]))
-    ends = _flat_ends(np.concatenate([one.rate for one in motions]), rest)
+    ends = _flat_ends([one.rate for one in motions], rest)
     axes = [
         clipped_axis(one.rate, one.rest, full_scale, unit)
         or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))
@@ -317,11 +322,13 @@ def _flat_top(values: FloatArray) -> bool:
     if len(values) <= MIN_PLATEAU:
         return False
     at_top = np.flatnonzero(values == values.max())
-    if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
+    if len(at_top) < MIN_PLATEAU:
         return False
     steps = np.abs(np.diff(values))
     resolution = float(steps[steps > 0.0].min(initial=np.inf))
     for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
+        if plateau[0] == 0:  # nothing shows how it was entered
+            continue
         jump = steps[plateau[0] - 1] / resolution
         if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
             return True
