@@ -105,8 +105,7 @@ def worse_than_none(
         return ""
     errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
     return (
-        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again "
-        "with the device at rest in more positions"
+        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again"
     )
 
 

@@ -337,8 +337,15 @@ def _flat_top(values: FloatArray) -> bool:
     return False
 
 
+WRONG_READINGS = "this calibration is wrong"
+"""Part of the warnings about holds whose readings are not those of the sensor."""
+
+
 def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
-    """Warnings about accelerometer axes that repeat one extreme reading without noise.
+    """Warnings about accelerometer axes that repeat one reading without noise.
+
+    At the end of the range they do so in every hold beyond it; elsewhere the converter skips codes,
+    or the sensor has stopped measuring for a while.
 
     Readings whose noise is smaller than their step cannot be judged: any hold may be silent.
 
@@ -359,13 +366,24 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
         silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
         for end in (means[:, axis].min(), means[:, axis].max()):
             # the mean of equal readings equals them only up to rounding
-            count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
+            there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
+            count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
                 notes.append(
                     f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
-                    f"in {count} holds: the end of its range; this calibration is wrong: "
+                    f"in {count} holds: the end of its range; {WRONG_READINGS}: "
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
+                silent &= ~there
+        stuck = [holds[index] for index in np.flatnonzero(silent)]
+        if stuck:
+            places = ", ".join(f"{one.start:.1f} to {one.end:.1f} s" for one in stuck[:3])
+            more = f" and {len(stuck) - 3} more" if len(stuck) > 3 else ""
+            notes.append(
+                f"the accelerometer's {AXES[axis]} axis does not change at all in the holds from "
+                f"{places}{more}: its converter skips codes there, or the sensor repeated one "
+                f"reading; {WRONG_READINGS}: measure again, these holds at another angle"
+            )
     return notes
 
 

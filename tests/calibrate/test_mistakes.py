@@ -295,3 +295,67 @@ def test_an_accelerometer_alone_is_calibrated_alone() -> None:
     report = fit_readings(Readings(session().accelerometer))
     assert set(report.sensors) == {"accelerometer"}
     assert report.rotations == ()
+
+
+def test_an_end_that_one_axis_alone_shows_is_the_end_of_its_range() -> None:
+    """One sense of one axis ends at 60 °/s, far below the smallest common range."""
+    end = np.radians(60.0)
+
+    def clip(rate: FloatArray) -> FloatArray:
+        rate[:, 1] = np.minimum(rate[:, 1], end)
+        return rate
+
+    readings = with_gyroscope(session(), clip)
+    report = fit_readings(readings)
+    reached = [bool((one.rate[:, 1] == end).sum() >= 4) for one in report.rotations]
+    clipped = [one.problem is not None and "clipped" in one.problem for one in report.rotations]
+    assert sum(reached) >= 2
+    assert clipped == reached
+    whole = fit_readings(session()).sensors["gyroscope"].rms_held_out
+    left = report.sensors["gyroscope"].rms_held_out
+    assert whole is not None
+    assert left is not None
+    assert left < 1.5 * whole
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"), [(9.3, 99.0, "the end of its range"), (-0.3, 0.3, "skips codes")]
+)
+def test_holds_in_which_an_axis_is_stuck_are_said_to_be_wrong(
+    low: float, high: float, words: str
+) -> None:
+    """Above 9.3 m/s² or around zero, the converter gives one code."""
+
+    def stuck(force: FloatArray) -> FloatArray:
+        force[(force[:, 2] > low) & (force[:, 2] < high), 2] = low
+        return force
+
+    report = fit_readings(with_accelerometer(session(), stuck))
+    assert _warned(report, "z axis", words, "this calibration is wrong")
+
+
+@pytest.mark.parametrize("seconds", [0.12, 0.5, 1.0, 5.0])
+def test_a_time_in_another_unit_is_told_by_the_gyroscope(seconds: float) -> None:
+    """A counter of samples taken for seconds makes any sampling rate."""
+    readings = session()
+    assert readings.gyroscope is not None
+    slow = seconds * np.arange(len(readings))
+    report = fit_readings(
+        replace(
+            readings,
+            accelerometer=replace(readings.accelerometer, time=slow),
+            gyroscope=replace(readings.gyroscope, time=slow),
+        )
+    )
+    assert _warned(report, "the sampling rate is about 98 Hz instead of")
+
+
+@pytest.mark.parametrize("factor", [3.0, -0.5])
+def test_an_axis_in_another_unit_than_the_others_is_named(factor: float) -> None:
+    def change(values: FloatArray) -> FloatArray:
+        values[:, 1] *= factor
+        return values
+
+    words = "y axis reads", "times what the other axes read"
+    assert _warned(fit_readings(with_gyroscope(session(), change)), "gyroscope's", *words)
+    assert _warned(fit_readings(with_accelerometer(session(), change)), "accelerometer's", *words)
