@@ -145,11 +145,13 @@ class Found:
         term: its name.
         reason: why it was added, in words.
         decided_by: the data that decided it.
+        like: other effects that explain these data as well.
     """
 
     term: str
     reason: str
     decided_by: str
+    like: Terms = ()
 
 
 @dataclass(frozen=True)
@@ -237,7 +239,8 @@ class Bench:
             reason = f"{family}the error held out falls from {before} to {after}"
             if opinion.families[place] in opinion.decided:
                 decided_by += " and the gyroscope's closure"
-            self._found.append(Found(name, reason, decided_by))
+            like = tuple(one for one in members if one != name)
+            self._found.append(Found(name, reason, decided_by, like))
 
     @property
     def fit(self) -> SensorFit:
@@ -363,17 +366,19 @@ class Bench:
     def _if_confirmed(self, opinion: Opinion, suspects: tuple[Suspect, ...]) -> Opinion:
         """The opinion; what is named alone is only probable where data held out are against it.
 
-        Not even that if adding it brings no clear size: these data do not carry it.
+        Not even that if it leaves much of their error, or adding it brings no clear size.
         """
         now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
-        if now is None or len(chosen) != 1:
+        likely = chosen or opinion.probable[:1]
+        if now is None or len(likely) != 1:
             return opinion
-        trial = next((one.trial for one in suspects if one.term == chosen[0]), None)
+        trial = next((one.trial for one in suspects if one.term == likely[0]), None)
         then = None if trial is None else trial.rms_held_out
-        if trial is None or then is None or then < MIN_SHARE_UNCHANGED * now:
+        if trial is None or then is None:
             return opinion
-        found = unconfirmed(opinion)
-        return found if trial.clear else replace(found, probable=())
+        if not trial.clear or then > max(MAX_SHARE_OF_PROBABLE * now, self.fit.floor or 0.0):
+            opinion = replace(opinion, probable=())
+        return unconfirmed(opinion) if chosen and then >= MIN_SHARE_UNCHANGED * now else opinion
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -513,6 +518,9 @@ class Bench:
 
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
+MAX_SHARE_OF_PROBABLE = 0.5
+"""Share of the error held out that a probable effect may leave, if that is above the noise: what
+predicts less than three quarters of the squares may have any other cause."""
 MIN_SHARE_UNCHANGED = 0.999
 """Of the present error held out; above it, adding a term has changed nothing."""
 LOWER = 0.97

@@ -7,7 +7,7 @@ measurements that would decide where these data do not.
 import numpy as np
 
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
-from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.bench import MAX_SHARE_OF_PROBABLE, Bench
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -21,7 +21,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, WRONG_READINGS
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -53,9 +53,15 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     parts = _base_left_out(diagnosis)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
+    elif bench is not None and (wrong := _warnings(diagnosis, WRONG_READINGS)):
+        return " ".join([*parts, f"The error is {_against_noise(bench)}.", *wrong])
     elif bench is not None:
-        if diagnosis.added and diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
-            parts += _missing(diagnosis, bench)
+        if diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
+            for one in diagnosis.found:
+                parts += effect_text(diagnosis, bench, one.term)
+                if one.like:
+                    parts += [f"It may be {_or(one.like)} as well: these data cannot decide."]
+            parts += _fall(diagnosis, bench) if diagnosis.added else []
         sentences_of = {
             Verdict.COMPLETE: _complete,
             Verdict.MISSING: _missing,
@@ -190,7 +196,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
     curves = _curves(diagnosis, bench)
     if curves:
-        return [left, "No effect tested here explains it; a free curve shows it.", *curves]
+        return [left, "No effect tested here explains it.", *curves]
     if any(term.effect.free for term in bench.fit.terms):
         guess = (
             "Between the poses the free curve of the model is only a guess. Hold the device in "
@@ -226,23 +232,25 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first, now = curves[0], bench.fit.rms_held_out
     then = None if first.trial is None else first.trial.rms_held_out
     others = [other for other in curves[1:] if shape_of(bench.fit, other.term, curves)]
+    unit, out = bench.fit.unit, bench.left_out_unit
+    if now is None or then is None:
+        return []
+    change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
+    if then > max(MAX_SHARE_OF_PROBABLE * now, bench.fit.floor or 0.0):
+        return [
+            f"A free curve over {shape.over}, {first.term}, would only bring {change}: what it "
+            "shows is a guess."
+        ]
     left = 0.0 if first.trial is None else first.trial.rms_fitted
     noise = MAX_REPEATABILITY * (bench.fit.floor_fitted or 0.0)
     alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
-    how = f"depends on {shape.over}{'' if others else ' only'}"
-    if not alone:
-        how = f"depends on {shape.over}, but not only on it"
-    sentences = [f"The error of {shape.axis} {how}: {shape.words()}."]
+    only = " only" if alone and not others else ""
+    what = "The error" if alone else "Part of the error"
+    sentences = [f"{what} of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
         sentences.append(f"It may be {names} as well: these data cannot decide which.")
-    unit, out = bench.fit.unit, bench.left_out_unit
-    change = f"from {quantity(now, unit)} to {quantity(then, unit)}"
-    return [
-        *sentences,
-        f"Adding {first.term} would bring the error on {out} left out {change}.",
-        f"{_capital(shape.unknown)}.",
-    ]
+    return [*sentences, f"Adding {first.term} would bring {change}.", f"{_capital(shape.unknown)}."]
 
 
 def _curves_of_model(bench: Bench) -> list[str]:
@@ -381,11 +389,14 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well
+    return sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])
+
+
+def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:
+    """The warnings of this sensor with these words."""
     warnings = () if diagnosis.report is None else diagnosis.report.warnings
-    advice = CLIPPING_ADVICE[diagnosis.sensor]
-    clipped = [one for one in warnings if diagnosis.sensor in one and advice in one]
-    sentences += [f"{_capital(one.removesuffix('.'))}." for one in clipped]
-    return sentences
+    said = [one for one in warnings if diagnosis.sensor in one and words in one]
+    return [f"{_capital(one.removesuffix('.'))}." for one in said]
 
 
 def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
