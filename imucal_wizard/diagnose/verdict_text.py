@@ -238,8 +238,10 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
     if then > max(MAX_SHARE_OF_PROBABLE * now, bench.fit.floor or 0.0):
         return [
-            f"A free curve over {shape.over}, {first.term}, would only bring {change}: what it "
-            "shows is a guess."
+            (
+                f"A free curve over {shape.over}, {first.term}, would only bring {change}: what it "
+                "shows is a guess."
+            )
         ]
     left = 0.0 if first.trial is None else first.trial.rms_fitted
     noise = MAX_REPEATABILITY * (bench.fit.floor_fitted or 0.0)

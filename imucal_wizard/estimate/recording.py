@@ -113,7 +113,7 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
-    holds, steps = find_holds(_without(readings, options.left_out), options.gravity)
+    holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
@@ -125,12 +125,34 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     units = _units(readings)
     warnings = (
         *readings.warnings,
+        *([] if options.rates or options.turns else _apart(apart, holds, readings)),
         *axes_without_noise(holds, steps[0]),
         *rounding_warnings(holds, steps, units),
     )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+
+
+def _apart(
+    rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings
+) -> list[str]:
+    """Warning about rests that are no holds because the gyroscope reads another mean there."""
+    gyroscope, known = readings.gyroscope, [one.gyroscope for one in holds]
+    usual = [one for one in known if one is not None]
+    if not rests or gyroscope is None or not usual:
+        return []
+    parts = [gyroscope.between(start, end).values for start, end in rests]
+    means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
+    if not len(means):
+        return []
+    most = float(np.abs(means - np.median(usual, axis=0)).max())
+    return [
+        f"in {plural(len(rests), 'rest')} of the accelerometer, the first from {rests[0][0]:.1f} "
+        f"to {rests[0][1]:.1f} s, the gyroscope's mean is up to {quantity(most, gyroscope.unit, 2)}"
+        " off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
+        "was exchanged, or the device lay on something that turns"
+    ]
 
 
 def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:
@@ -173,8 +195,8 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     return DataError(
         f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
         "the accelerometer shows, so that too few of them count as still: its bias jumped or "
-        "drifted, or the device lay on something that turns. Record again on a fixed surface "
-        "without restarting the sensor",
+        "drifted, or the device turned slowly, by itself or on something that turns. Record again "
+        "on a fixed surface, two seconds at rest in each position, without restarting the sensor",
         settings=error.settings,
     )
 

@@ -26,6 +26,7 @@ from imucal_wizard.core.limits.stillness import (
     ONE_POSITION,
     ONE_POSITION_NOISE,
     QUIET_BLOCKS,
+    REST_FACTOR,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
     TIME_TOLERANCE,
@@ -233,6 +234,26 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     }
     holds = [_hold_of_rest(stream, rest) for rest in blocks_of_rests(sorted(rests))]
     return [hold for hold in holds if hold is not None]
+
+
+def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:
+    """Calm rests that are no holds because the gyroscope reads another mean there: begin, end, s.
+
+    Its bias has jumped, or the device lies on something that turns.
+
+    Args:
+        stream: the recording.
+        holds: those that are used.
+    """
+    if stream.windows.mean_g is None:
+        return []
+    limits = replace(stream.noise.limits(REST_FACTOR), gyroscope_mean=None)
+    other = holds_under(replace(stream, resting_rate=None, holds={}), limits)
+    return [
+        (one.start, one.end)
+        for one in other
+        if all(one.end <= hold.start or hold.end <= one.start for hold in holds)
+    ]
 
 
 def _hold_of_rest(stream: ReducedRecording, rest: tuple[int, int]) -> Hold | None:

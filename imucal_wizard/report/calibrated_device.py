@@ -336,7 +336,7 @@ def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
         return _recheck_on_table(known, readings)
     if not len(readings):
         raise DataError("the recording has no accelerometer: a recheck needs gravity")
-    holds, steps = find_holds(readings, known.criteria.gravity)
+    holds, steps, _ = find_holds(readings, known.criteria.gravity)
     holds = with_rounding(holds, steps)
     turned = readings.gyroscope
     rotations = [] if turned is None else rotations_between(holds, turned, readings.accelerometer)

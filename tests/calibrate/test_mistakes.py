@@ -359,3 +359,15 @@ def test_an_axis_in_another_unit_than_the_others_is_named(factor: float) -> None
     words = "y axis reads", "times what the other axes read"
     assert _warned(fit_readings(with_gyroscope(session(), change)), "gyroscope's", *words)
     assert _warned(fit_readings(with_accelerometer(session(), change)), "accelerometer's", *words)
+
+
+def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
+    """A gyroscope whose bias jumps by 3 °/s half way, as one that is exchanged."""
+
+    def jump(rate: FloatArray) -> FloatArray:
+        rate[len(rate) // 2 :] += np.radians(3.0)
+        return rate
+
+    report = fit_readings(with_gyroscope(session(), jump))
+    assert len(report.holds) < len(fit_readings(session()).holds)
+    assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
