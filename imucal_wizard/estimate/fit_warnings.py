@@ -16,6 +16,7 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import SENSORS
 
 RATE_MISTAKES = (
     (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
@@ -141,6 +142,22 @@ def _other_range(scale: float) -> list[str]:
             wider = "wider" if power > 0 else "narrower"
             return [f"the range set in the device is {2 ** abs(power)} times {wider} than assumed"]
     return []
+
+
+_OF_THE_FIT = {
+    "Gravity reads": "gravity reads",
+    **{
+        f"The readings of the {sensor} come in steps": f"the {sensor}'s readings come in steps"
+        for sensor in SENSORS
+    },
+}
+"""How a warning about the samples begins, and one about the same that the fit gives."""
+
+
+def said_better(note: str, notes: Sequence[str]) -> bool:
+    """Whether the fit warns of what a check of the samples has noticed, by better numbers."""
+    found = [later for first, later in _OF_THE_FIT.items() if note.startswith(first)]
+    return any(other.startswith(later) for later in found for other in notes)
 
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:

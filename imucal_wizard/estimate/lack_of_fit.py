@@ -25,7 +25,7 @@ MAX_REPEATABILITY = 2.5
 visit to visit are no noise of a usable sensor. Structure of three times that noise leaves more than
 this with any poses; flicker noise of four times the usual size leaves 2."""
 
-MAX_LEFT_BY_VISITS = np.sqrt(10.0)
+MAX_LEFT_BY_VISITS = 3.2
 """What is left, rms over that of the difference between visits, above which these are not said to
 be the cause: one or two repeats that happen to agree refute nothing, but they show nothing."""
 
@@ -62,7 +62,7 @@ class LackOfFit:
         differ = self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
         if not self._visits_explain or not differ or self.share is None:
             return False
-        return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * np.sqrt(self.share)
+        return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * self.share**0.5
 
     @property
     def between_directions(self) -> bool:

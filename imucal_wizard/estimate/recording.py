@@ -23,6 +23,7 @@ from imucal_wizard.estimate.fit_warnings import (
     accelerometer_warnings,
     gyroscope_warnings,
     rotation_warnings,
+    said_better,
 )
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.hold_search import find_holds
@@ -31,7 +32,9 @@ from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
+from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
+from imucal_wizard.measurement.rounding import in_steps
 from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.model.effect import ACCELEROMETER
 
@@ -127,11 +130,20 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
         *readings.warnings,
         *([] if options.rates or options.turns else _apart(apart, holds, readings)),
         *axes_without_noise(holds, steps[0]),
-        *rounding_warnings(holds, steps, units),
+        *rounding_warnings(holds, steps, _in_steps(readings, units)),
     )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+
+
+def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
+    """The units of the sensors whose readings come in steps."""
+    return {
+        sensor: units[sensor]
+        for sensor, series in inertial_sensors(readings)
+        if in_steps(series.values)
+    }
 
 
 def _apart(
@@ -147,12 +159,14 @@ def _apart(
     if not len(means):
         return []
     most = float(np.abs(means - np.median(usual, axis=0)).max())
-    return [
-        f"in {plural(len(rests), 'rest')} of the accelerometer, the first from {rests[0][0]:.1f} "
-        f"to {rests[0][1]:.1f} s, the gyroscope's mean is up to {quantity(most, gyroscope.unit, 2)}"
-        " off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
+    count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
+    first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
+    note = (
+        f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
+        "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
         "was exchanged, or the device lay on something that turns"
-    ]
+    )
+    return [note]
 
 
 def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:
@@ -370,6 +384,7 @@ def fit_holds(
             bad = rotations[gyroscope.outlier.index]
             place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
             odd["gyroscope"] = _stands_out(place, gyroscope.outlier)
+    notes = [note for note in notes if not said_better(note, notes)]
     return FitReport(
         gravity=options.gravity,
         rates=rates,

@@ -375,7 +375,7 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
                 silent &= ~there
-        stuck = [holds[index] for index in np.flatnonzero(silent)]
+        stuck = [hold for hold, quiet in zip(holds, silent, strict=True) if quiet]
         if stuck:
             places = ", ".join(f"{one.start:.1f} to {one.end:.1f} s" for one in stuck[:3])
             more = f" and {len(stuck) - 3} more" if len(stuck) > 3 else ""

@@ -7,10 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.data_quality import check_recording
+from imucal_wizard.measurement.rounding import in_steps
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
 
@@ -339,7 +341,7 @@ def test_a_time_in_another_unit_is_told_by_the_gyroscope(seconds: float) -> None
     """A counter of samples taken for seconds makes any sampling rate."""
     readings = session()
     assert readings.gyroscope is not None
-    slow = seconds * np.arange(len(readings))
+    slow: FloatArray = seconds * np.arange(len(readings), dtype=np.float64)
     report = fit_readings(
         replace(
             readings,
@@ -371,3 +373,35 @@ def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
     report = fit_readings(with_gyroscope(session(), jump))
     assert len(report.holds) < len(fit_readings(session()).holds)
     assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
+
+
+def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> None:
+    """Rests of three seconds and smooth turns of one second between them, without noise."""
+    phase = np.clip(np.arange(4000) % 400 - 300, 0.0, 100.0) / 100.0 + np.arange(4000) // 400
+    angle = 0.7 * (phase - np.sin(2.0 * np.pi * phase) / (2.0 * np.pi))
+    force = 9.8 * np.column_stack([np.cos(angle), np.sin(angle) * 0.8, np.sin(angle) * 0.6])
+    rate = 0.01 + np.gradient(angle, 0.01)[:, None] * np.array([0.3, -0.6, 0.8])
+    time = np.arange(4000) / 100.0
+    readings = Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+    assert check_recording(readings) == ()
+    assert not in_steps(force)
+    assert in_steps(np.round(force / 0.02) * 0.02)
+
+
+def test_samples_that_are_printed_three_times_are_told() -> None:
+    readings = session()
+    assert readings.gyroscope is not None
+    rows = np.arange(len(readings)) // 3 * 3
+    slow = replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, values=readings.accelerometer.values[rows]),
+        gyroscope=replace(readings.gyroscope, values=readings.gyroscope.values[rows]),
+    )
+    assert any("67% of the samples repeat" in text for text in check_recording(slow))
+
+
+def test_a_wrong_unit_is_told_once() -> None:
+    readings = with_accelerometer(session(), lambda force: force / STANDARD_GRAVITY)
+    checked = replace(readings, warnings=check_recording(readings))
+    notes = fit_readings(checked).notes(judged=False)
+    assert len([one for one in notes if "gravity reads" in one.lower()]) == 1
