@@ -171,7 +171,8 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
         return []
     count = sum(map(len, reasons.values()))
     each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
-    notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    verb = "is" if count == 1 else "are"
+    notes = [f"{count} of {len(rotations)} rotations {verb} not used: {each}"]
     clipped = [one for one in rotations if is_clipped(one.problem)]
     if clipped:
         places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])

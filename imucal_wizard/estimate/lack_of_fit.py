@@ -62,7 +62,7 @@ class LackOfFit:
         differ = self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
         if not self._visits_explain or not differ or self.share is None:
             return False
-        return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * self.share**0.5
+        return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * float(np.sqrt(self.share))
 
     @property
     def between_directions(self) -> bool:

@@ -269,6 +269,15 @@ def _missing_samples(time: FloatArray) -> str:
             "the times jitter as if they were taken on arrival; let the device"
             " print its own time, or leave the column out and give the rate"
         )
+    # a time that was given twice makes a long step, too, in which nothing is missing
+    late = np.maximum(usual - steps[np.maximum(gaps - 1, 0)], 0.0)
+    real = steps[gaps] - late > MAX_STEP_RATIO * usual
+    if not real.any():
+        return (
+            f"{plural(len(gaps), 'sample')} came with a time too early, the first at "
+            f"{time[gaps[0]] - time[0]:.6g} s: nothing is missing, but the device's clock is uneven"
+        )
+    gaps, ratios = gaps[real], ratios[real]
     longest = gaps[np.argmax(steps[gaps])]
     lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
     return (

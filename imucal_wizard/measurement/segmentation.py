@@ -12,6 +12,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.limits.stillness import (
     CALM_FACTOR,
     COURSE_STRETCHES,
@@ -450,7 +451,9 @@ def _problem(part: Series, interval: float, start: float, end: float) -> str | N
         return "no gyroscope samples in it"
     gap = largest_gap(part.time, start, end)
     if gap > MAX_SAMPLE_INTERVALS * interval:
-        return f"a gap of {gap:.2f} s: the angle in it is not known"
+        restarted = np.isclose(gap, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
+        why = "the device restarted in it" if restarted else f"a gap of {gap:.2f} s"
+        return f"{why}: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

@@ -405,3 +405,18 @@ def test_a_wrong_unit_is_told_once() -> None:
     checked = replace(readings, warnings=check_recording(readings))
     notes = fit_readings(checked).notes(judged=False)
     assert len([one for one in notes if "gravity reads" in one.lower()]) == 1
+
+
+def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
+    readings = session()
+    assert readings.gyroscope is not None
+    time = readings.accelerometer.time.copy()
+    time[700] = time[699]
+    twice = replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, time=time),
+        gyroscope=replace(readings.gyroscope, time=time),
+    )
+    (said,) = check_recording(twice)
+    assert "1 sample came with a time too early" in said
+    assert "rotations across a gap" not in said
