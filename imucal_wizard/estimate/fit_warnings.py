@@ -8,7 +8,6 @@ import numpy as np
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import times_in_words
-from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
@@ -38,7 +37,7 @@ NEAR = 0.08
 def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     """Warnings about the accelerometer's unit and hand-held holds."""
     notes = list(fit.warnings)
-    usual, odd = _scales("accelerometer", fit.matrix)
+    usual, odd = _scales(fit)
     notes += odd
     if fit.bias_unit != COUNT:
         notes += unit_notes(usual)
@@ -78,7 +77,7 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     fit = report.fit
     if fit is None:
         return notes
-    scale, odd = _scales("gyroscope", fit.matrix)
+    scale, odd = _scales(fit)
     wrong_scale = odd + ([] if unit == COUNT else scale_notes(scale, rate))
     notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
     matrix = fit.matrix / scale
@@ -95,20 +94,16 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     return notes
 
 
-def _scales(sensor: str, matrix: FloatArray) -> tuple[float, list[str]]:
-    """Usual scale (true over read) of the axes, and what is said of those that differ from it.
-
-    Args:
-        sensor: its name.
-        matrix: of the calibration, shape (3, 3).
-    """
-    sizes = np.linalg.norm(matrix, axis=0)
+def _scales(fit: SensorFit) -> tuple[float, list[str]]:
+    """Usual scale (true over read) of the axes, and what is said of those that differ from it."""
+    sizes = np.linalg.norm(fit.matrix, axis=0)
     usual = median(sizes)
     odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > FAR).tolist()
-    all_axes = float(np.linalg.norm(matrix) / np.sqrt(3.0))
-    return usual if odd else all_axes, [
-        f"the {sensor}'s {AXES[axis]} axis reads {usual / sizes[axis]:.3g} times what the other "
-        "axes read of the same input, which no sensor does: check its column, unit and range"
+    if fit.unusable or not odd:
+        return float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), []
+    return usual, [
+        f"the {fit.sensor}'s {AXES[axis]} axis reads {usual / sizes[axis]:.3g} times what the "
+        "other axes read of the same input, which no sensor does: check its column, unit and range"
         for axis in odd
     ]
 
