@@ -349,6 +349,9 @@ class Bench:
         known = {one.term: one.candidate for one in suspects if one.candidate is not None}
         heard = {}
         for names in explanations:
+            # a reference that stays wrong with the right effect speaks against it
+            if any(known[one].effect.hides for one in names if one in known):
+                continue
             added = [Term(known[one].effect, known[one].variant) for one in names if one in known]
             try:
                 found = fit(self.measured, (*self.fit.terms, *added), self.fit.base)

@@ -169,15 +169,18 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    times = number(_opinion(diagnosis).lack.ratio)
-    left = (
-        f"More than noise is left: the residuals are {times} times the measured noise. The error "
-        f"is {_against_noise(bench)}."
-    )
+    lack = _opinion(diagnosis).lack
+    times = f"the residuals are {number(lack.ratio)} times the measured noise"
+    left = f"More than noise is left: {times}. The error is {_against_noise(bench)}."
+    if lack.within_noise:
+        left = (
+            f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
+            f"The error is {_against_noise(bench)}."
+        )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
-    if rival is not None:
+    if rival is not None and not lack.within_noise:
         other, known = rival
         return [
             (
@@ -355,17 +358,21 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
     return None
 
 
-def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
+def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
+    what = "the device moved, or the sensor changed"
+    of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
+    if 0 in diagnosis.disturbed_holds and of_before:
+        what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
     return [
         (
             f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
-            f"tested here, and without {them} only noise is left: something probably moved. "
+            f"tested here, and without {them} only noise is left: {what}. "
             f"Measure {them} again; nothing has been deleted."
         )
     ]

@@ -248,13 +248,18 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     """
     if stream.windows.mean_g is None:
         return []
-    limits = replace(stream.noise.limits(REST_FACTOR), gyroscope_mean=None)
-    other = holds_under(replace(stream, resting_rate=None, holds={}), limits)
-    return [
-        (one.start, one.end)
-        for one in other
-        if all(one.end <= hold.start or hold.end <= one.start for hold in holds)
-    ]
+    limits, usual = stream.noise.limits(REST_FACTOR), stream.resting_rate
+    if limits.rate is None or usual is None:
+        return []
+    found = []
+    for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
+        here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
+        off = (
+            one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > limits.rate).any()
+        )
+        if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
+            found.append((one.start, one.end))
+    return found
 
 
 def _hold_of_rest(stream: ReducedRecording, rest: tuple[int, int]) -> Hold | None:

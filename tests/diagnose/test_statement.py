@@ -406,3 +406,13 @@ def test_what_an_added_effect_leaves_is_said_of_the_present_model() -> None:
     assert bench is not None
     left = bench.look().opinion.lack.ratio
     assert f"the residuals are {left:.3g} times" in said.says
+
+
+def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
+    """Still poses show the sum of three products of all forces, and none of them alone."""
+    report, readings = fitted("cross-product:4:xyz", poses="26", seed=3)
+    report = replace(report, rates={"accelerometer": 100.0})
+    said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
+    assert said.found[0].term == "cross-product"
+    assert "only in combination" in said.says
+    assert "xyz" in said.says
