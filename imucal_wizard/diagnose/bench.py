@@ -379,7 +379,8 @@ class Bench:
         then = None if trial is None else trial.rms_held_out
         if trial is None or then is None:
             return opinion
-        if not trial.clear or then > max(MAX_SHARE_OF_PROBABLE * now, self.fit.floor or 0.0):
+        not_predicted = share_not_predicted(now, then, self.fit.floor)
+        if not trial.clear or not_predicted > MAX_SHARE_NOT_PREDICTED:
             opinion = replace(opinion, probable=())
         return unconfirmed(opinion) if chosen and then >= MIN_SHARE_UNCHANGED * now else opinion
 
@@ -521,9 +522,24 @@ class Bench:
 
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
-MAX_SHARE_OF_PROBABLE = 0.5
-"""Share of the error held out that a probable effect may leave, if that is above the noise: what
-predicts less than three quarters of the squares may have any other cause."""
+MAX_SHARE_NOT_PREDICTED = 0.25
+"""Share of the squares held out, beyond those of noise, that a probable effect or a curve with a
+shape may leave: what predicts less may have any other cause."""
+
+
+def share_not_predicted(now: float, then: float, floor: float | None) -> float:
+    """Share of the squares held out, beyond those of noise, that a term leaves.
+
+    Args:
+        now: error held out without it.
+        then: with it.
+        floor: by noise alone, where it is known.
+    """
+    noise = (floor or 0.0) ** 2
+    left = max(then**2 - noise, 0.0)
+    return left / max(now**2 - noise, left) if left else 0.0
+
+
 MIN_SHARE_UNCHANGED = 0.999
 """Of the present error held out; above it, adding a term has changed nothing."""
 LOWER = 0.97

@@ -7,7 +7,7 @@ measurements that would decide where these data do not.
 import numpy as np
 
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
-from imucal_wizard.diagnose.bench import MAX_SHARE_OF_PROBABLE, Bench
+from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -239,7 +239,7 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if now is None or then is None:
         return []
     change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
-    if then > max(MAX_SHARE_OF_PROBABLE * now, bench.fit.floor or 0.0):
+    if share_not_predicted(now, then, bench.fit.floor) > MAX_SHARE_NOT_PREDICTED:
         return [
             (
                 f"A free curve over {shape.over}, {first.term}, would only bring {change}: what it "
