@@ -398,7 +398,7 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well
-    return sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])
+    return list(dict.fromkeys(sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])))
 
 
 def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:

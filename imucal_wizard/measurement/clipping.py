@@ -337,7 +337,7 @@ def _flat_top(values: FloatArray) -> bool:
     return False
 
 
-WRONG_READINGS = "this calibration is wrong"
+WRONG_READINGS = "these readings are wrong"
 """Part of the warnings about holds whose readings are not those of the sensor."""
 
 
@@ -377,11 +377,13 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
                 silent &= ~there
         stuck = [hold for hold, quiet in zip(holds, silent, strict=True) if quiet]
         if stuck:
+            at_end = bool(set(means[silent, axis]) & {means[:, axis].min(), means[:, axis].max()})
+            end = "this is the end of its range, " if at_end else ""
             places = ", ".join(f"{one.start:.1f} to {one.end:.1f} s" for one in stuck[:3])
             more = f" and {len(stuck) - 3} more" if len(stuck) > 3 else ""
             notes.append(
                 f"the accelerometer's {AXES[axis]} axis does not change at all in the holds from "
-                f"{places}{more}: its converter skips codes there, or the sensor repeated one "
+                f"{places}{more}: {end}its converter skips codes there, or the sensor repeated one "
                 f"reading; {WRONG_READINGS}: measure again, these holds at another angle"
             )
     return notes

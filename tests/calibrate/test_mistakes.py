@@ -333,7 +333,7 @@ def test_holds_in_which_an_axis_is_stuck_are_said_to_be_wrong(
         return force
 
     report = fit_readings(with_accelerometer(session(), stuck))
-    assert _warned(report, "z axis", words, "this calibration is wrong")
+    assert _warned(report, "z axis", words, "these readings are wrong")
 
 
 @pytest.mark.parametrize("seconds", [0.12, 0.5, 1.0, 5.0])
