@@ -50,7 +50,7 @@ FASTER = "faster rotations, for example on a rate table,"
 def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
-    parts = _base_left_out(diagnosis)
+    parts = _of_method(diagnosis) + _base_left_out(diagnosis)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None and (wrong := _warnings(diagnosis, WRONG_READINGS)):
@@ -77,6 +77,21 @@ def verdict_text(diagnosis: Diagnosis) -> str:
         parts += _curves_of_model(bench)
         parts += _reservations(diagnosis, bench)
     return " ".join(parts)
+
+
+def _of_method(diagnosis: Diagnosis) -> list[str]:
+    """That a method of the papers was not judged, but the fit of rows and terms."""
+    fit = None if diagnosis.report is None else diagnosis.report.sensors.get(diagnosis.sensor)
+    if fit is None or not diagnosis.by_method:
+        return []
+    held_out = f"{quantity(fit.rms_held_out, fit.unit)} held out"
+    error = f"{quantity(fit.rms_fitted, fit.unit)} fitted" if fit.rms_held_out is None else held_out
+    return [
+        (
+            f"With the {diagnosis.by_method} method the error is {error}; the following is said of "
+            "the usual fit of the same data."
+        )
+    ]
 
 
 def _base_left_out(diagnosis: Diagnosis) -> list[str]:

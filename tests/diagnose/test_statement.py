@@ -11,6 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
     diagnosis_of,
@@ -19,6 +20,7 @@ from imucal_wizard.diagnose.survey import (
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
 from imucal_wizard.measurement.holds import Hold
@@ -416,3 +418,18 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     assert said.found[0].term == "cross-product"
     assert "only in combination" in said.says
     assert "xyz" in said.says
+
+
+def test_a_method_of_the_papers_does_not_take_the_verdict_of_the_usual_fit() -> None:
+    """Single-axis scales ignore the cross axes that the data show."""
+    _, readings = fitted(rotations=6)
+    report = fit_readings(readings, FitOptions(gyroscope_method="static"))
+    (_, said) = diagnose_benches(Benches(report, readings), {}, automatic=False)
+    (one, other) = (report.sensors["gyroscope"].rms_held_out, said.ladder[0].rms_held_out)
+    assert one is not None
+    assert other is not None
+    assert one > 1.5 * other
+    assert said.says.startswith("With the static method the error is ")
+    grade = graded(report, {said.sensor: said})["gyroscope"]
+    assert grade.grade is Grade.DOUBTFUL
+    assert "without the static method" in grade.why
