@@ -177,7 +177,11 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
         chosen = zip(opinion.families, opinion.terms, strict=True)
         end = f": this decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
     elif opinion.heard.against_all:
-        end = f": this contradicts {'it' if len(known) == 1 else 'each of them'}"
+        them = "it" if len(known) == 1 else "each of them"
+        # what is named nevertheless explains the accelerometer's own residuals
+        end = f": this contradicts {them}"
+        if opinion.families or diagnosis.found:
+            end = f": this speaks against {them}, and the accelerometer's residuals for {them}"
     now = quantity(known[0][1][0], "rad")
     first = f"was {now} before" if diagnosis.added else f"is {now} now"
     return [f"The gyroscope's closure {first}, {each}{end}."]
