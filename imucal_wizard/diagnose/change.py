@@ -74,7 +74,7 @@ class DetectionPower:
         information: ``Jᵀ R⁻¹ J`` of the rows by the coordinates of the change and then the shared
             parameters; None without rows.
         draws: of the error of an unchanged sensor.
-        angle: change of the angles that may be, rad, beside those that are looked for.
+        turned: angle by which the whole sensor may have turned on its board, rad.
 
     Attributes:
         basis: change of M and b with one standard deviation of each coordinate, shape (12, p).
@@ -90,11 +90,13 @@ class DetectionPower:
         level: float,
         information: FloatArray | None = None,
         draws: int = ERROR_DRAWS,
-        angle: float = 0.0,
+        turned: float = 0.0,
     ) -> None:
         self.known, self._given = known, (drift, gravity, level)
         bias, scale = limits.CHANGES[known.sensor]
-        looked_for = known.spread(np.full(3, bias**2), scale**2, angle**2)
+        looked_for = known.spread(np.full(3, bias**2), scale**2, 0.0)
+        if turned:
+            looked_for = looked_for + known.turned(turned)
         self.basis = principal_steps(known.covariance + drift + looked_for)
         self._into = np.linalg.pinv(self.basis)
         self._errors = known.error_rows(gravity)
@@ -254,18 +256,17 @@ class Change:
         ratio, freedom, usual = _fitted(experiment, narrow, 1.0)
         self.found, self._basis = usual, narrow
         self.unexplained = _unlikely(ratio, freedom)
-        if self.unexplained:
-            # angles hardly change, unless a sensor is mounted anew
-            angle = limits.CHANGE_OF_ANGLE
+        if self.unexplained and not known.own_frame:
+            # a sensor that is mounted anew has turned as a whole
             wide = DetectionPower(
-                known, drift, gravity, level, draws=PLANNING_DRAWS, angle=angle
+                known, drift, gravity, level, draws=PLANNING_DRAWS, turned=limits.MOUNTED_ANEW
             ).basis
-            ratio_then, freedom_then, found = _fitted(experiment, wide, 1.0)
-            self.unexplained = _unlikely(ratio_then, freedom_then)
-            if self.unexplained:
-                self.found = usual = _fitted(experiment, narrow, ratio)[2]
-            else:
+            then, left, found = _fitted(experiment, wide, 1.0)
+            self.unexplained = _unlikely(then, left)
+            if not self.unexplained:
                 self.found, self._basis = found, wide
+        if self.unexplained:
+            self.found = usual = _fitted(experiment, narrow, ratio)[2]
         columns, weight = usual.system.columns, 1.0 / usual.balance.variance
         information = columns.T @ (columns * weight[:, None])
         self.power = DetectionPower(known, drift, gravity, level, information)
