@@ -188,8 +188,8 @@ _COUNTER = (
 _TIME = {
     "wrap": "The device's time restarted at zero because its counter was full; no samples are "
     "lost.",
-    "restart": "The device's time went back: it has restarted. Completed holds are kept; hold "
-    "still again.",
+    "restart": "The device's time went back: it has restarted. Time continues after a gap; a hold "
+    "or rotation across it must be repeated.",
     "jump": "The device's time jumped by more than an hour: a garbled line, or a clock that was "
     "set. Time continues after a gap; a hold or rotation across it must be repeated.",
 }

@@ -145,11 +145,13 @@ class Found:
         term: its name.
         reason: why it was added, in words.
         decided_by: the data that decided it.
+        like: other effects that explain these data as well.
     """
 
     term: str
     reason: str
     decided_by: str
+    like: Terms = ()
 
 
 @dataclass(frozen=True)
@@ -237,7 +239,8 @@ class Bench:
             reason = f"{family}the error held out falls from {before} to {after}"
             if opinion.families[place] in opinion.decided:
                 decided_by += " and the gyroscope's closure"
-            self._found.append(Found(name, reason, decided_by))
+            like = tuple(one for one in members if one != name)
+            self._found.append(Found(name, reason, decided_by, like))
 
     @property
     def fit(self) -> SensorFit:
@@ -346,6 +349,9 @@ class Bench:
         known = {one.term: one.candidate for one in suspects if one.candidate is not None}
         heard = {}
         for names in explanations:
+            # a reference that stays wrong with the right effect speaks against it
+            if any(known[one].effect.hides for one in names if one in known):
+                continue
             added = [Term(known[one].effect, known[one].variant) for one in names if one in known]
             try:
                 found = fit(self.measured, (*self.fit.terms, *added), self.fit.base)
@@ -363,17 +369,20 @@ class Bench:
     def _if_confirmed(self, opinion: Opinion, suspects: tuple[Suspect, ...]) -> Opinion:
         """The opinion; what is named alone is only probable where data held out are against it.
 
-        Not even that if adding it brings no clear size: these data do not carry it.
+        Not even that if it leaves much of their error, or adding it brings no clear size.
         """
         now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
-        if now is None or len(chosen) != 1:
+        likely = chosen or opinion.probable[:1]
+        if now is None or len(likely) != 1:
             return opinion
-        trial = next((one.trial for one in suspects if one.term == chosen[0]), None)
+        trial = next((one.trial for one in suspects if one.term == likely[0]), None)
         then = None if trial is None else trial.rms_held_out
-        if trial is None or then is None or then < MIN_SHARE_UNCHANGED * now:
+        if trial is None or then is None:
             return opinion
-        found = unconfirmed(opinion)
-        return found if trial.clear else replace(found, probable=())
+        not_predicted = share_not_predicted(now, then, self.fit.floor)
+        if not trial.clear or not_predicted > MAX_SHARE_NOT_PREDICTED:
+            opinion = replace(opinion, probable=())
+        return unconfirmed(opinion) if chosen and then >= MIN_SHARE_UNCHANGED * now else opinion
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -513,6 +522,24 @@ class Bench:
 
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
+MAX_SHARE_NOT_PREDICTED = 0.25
+"""Share of the squares held out, beyond those of noise, that a probable effect or a curve with a
+shape may leave: what predicts less may have any other cause."""
+
+
+def share_not_predicted(now: float, then: float, floor: float | None) -> float:
+    """Share of the squares held out, beyond those of noise, that a term leaves.
+
+    Args:
+        now: error held out without it.
+        then: with it.
+        floor: by noise alone, where it is known.
+    """
+    noise = (floor or 0.0) ** 2
+    left = max(then**2 - noise, 0.0)
+    return left / max(now**2 - noise, left) if left else 0.0
+
+
 MIN_SHARE_UNCHANGED = 0.999
 """Of the present error held out; above it, adding a term has changed nothing."""
 LOWER = 0.97

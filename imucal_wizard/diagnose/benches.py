@@ -18,6 +18,7 @@ from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_
 from imucal_wizard.diagnose.referee import Referee
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS, Effect
 
@@ -126,7 +127,8 @@ class Benches:
             reference = None if under is None else under.reference
             measured = self._experiment(sensor).under(reference, self.readings)
             base = self._base.get(sensor)
-            same = fit.rows is not None and fit.experiment is measured
+            same = fit.method not in methods_of(sensor) and fit.experiment is measured
+            same = same and fit.rows is not None
             same = same and (base is None or tuple(base) == fit.base)
             rounding = self._rounding(sensor)
             bench = Bench(sensor, measured, base, self._own, rounding, fit if same else None)

@@ -232,6 +232,17 @@ class CalibratedSensor(ABC):
             out[entry, entry] += angle * self.size**2
         return np.asarray(out)
 
+    def turned(self, angle: float) -> FloatArray:
+        """Covariance of M and b of a sensor that may have turned on its board, shape (12, 12).
+
+        Args:
+            angle: standard deviation about each axis, rad.
+        """
+        matrix = self.calibration.matrix
+        about = np.cross(np.eye(3)[:, None, :], matrix.T[None, :, :]).transpose(0, 2, 1)
+        steps = angle * np.hstack([about.reshape(3, 9), np.zeros((3, 3))])
+        return np.asarray(steps.T @ steps)
+
     def left_out(self, names: Sequence[str]) -> FloatArray:
         """Covariance of M and b for parameters that were left at their nominal value, (12, 12).
 

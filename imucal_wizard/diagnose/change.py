@@ -25,7 +25,7 @@ from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor
 from imucal_wizard.estimate.accelerometer import principal_steps
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.experiment import Directions, Experiment
-from imucal_wizard.estimate.fit import minimum
+from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.model.rows.source import ENTRIES
 
 UNEXPLAINED_P = 0.01
@@ -74,6 +74,7 @@ class DetectionPower:
         information: ``Jᵀ R⁻¹ J`` of the rows by the coordinates of the change and then the shared
             parameters; None without rows.
         draws: of the error of an unchanged sensor.
+        turned: angle by which the whole sensor may have turned on its board, rad.
 
     Attributes:
         basis: change of M and b with one standard deviation of each coordinate, shape (12, p).
@@ -89,10 +90,13 @@ class DetectionPower:
         level: float,
         information: FloatArray | None = None,
         draws: int = ERROR_DRAWS,
+        turned: float = 0.0,
     ) -> None:
         self.known, self._given = known, (drift, gravity, level)
         bias, scale = limits.CHANGES[known.sensor]
         looked_for = known.spread(np.full(3, bias**2), scale**2, 0.0)
+        if turned:
+            looked_for = looked_for + known.turned(turned)
         self.basis = principal_steps(known.covariance + drift + looked_for)
         self._into = np.linalg.pinv(self.basis)
         self._errors = known.error_rows(gravity)
@@ -196,6 +200,30 @@ class DetectionPower:
         return found
 
 
+def _fitted(
+    experiment: Experiment, basis: FloatArray, noise: float
+) -> tuple[float, float, Minimum[Experiment]]:
+    """Squares of the residuals over their noise, their degrees of freedom, and the fit.
+
+    Args:
+        experiment: the rows.
+        basis: changes of one standard deviation, shape (12, p).
+        noise: variance of the rows over the one measured.
+    """
+    count = basis.shape[1]
+    names = tuple(f"change-{k}" for k in range(count))
+    directions = Directions(basis, names, experiment.base_terms, precision=np.ones(count))
+    found = minimum(experiment, directions=directions, own_noise=noise)
+    freedom = float(found.balance.freedom.sum())
+    squares = float((found.system.residual**2 / found.balance.variance).sum())
+    return squares / max(freedom, 1e-9), freedom, found
+
+
+def _unlikely(ratio: float, freedom: float) -> bool:
+    """Whether measured noise hardly makes such residuals."""
+    return freedom >= 1.0 and exceeded(ratio, freedom, EXACT_FREEDOM) < UNEXPLAINED_P
+
+
 class Change:
     """What the rows of a recheck say of one sensor.
 
@@ -224,21 +252,22 @@ class Change:
         level: float,
     ) -> None:
         self.known = known
-        basis = DetectionPower(known, drift, gravity, level, draws=PLANNING_DRAWS).basis
-        count = basis.shape[1]
-        names = tuple(f"change-{k}" for k in range(count))
-        directions = Directions(basis, names, experiment.base_terms, precision=np.ones(count))
-        found = minimum(experiment, directions=directions, own_noise=1.0)
-        freedom = float(found.balance.freedom.sum())
-        squares = float((found.system.residual**2 / found.balance.variance).sum())
-        ratio = squares / max(freedom, 1e-9)
-        self.unexplained = (
-            freedom >= 1.0 and exceeded(ratio, freedom, EXACT_FREEDOM) < UNEXPLAINED_P
-        )
+        narrow = DetectionPower(known, drift, gravity, level, draws=PLANNING_DRAWS).basis
+        ratio, freedom, usual = _fitted(experiment, narrow, 1.0)
+        self.found, self._basis = usual, narrow
+        self.unexplained = _unlikely(ratio, freedom)
+        if self.unexplained and not known.own_frame:
+            # a sensor that is mounted anew has turned as a whole
+            wide = DetectionPower(
+                known, drift, gravity, level, draws=PLANNING_DRAWS, turned=limits.MOUNTED_ANEW
+            ).basis
+            then, left, found = _fitted(experiment, wide, 1.0)
+            self.unexplained = _unlikely(then, left)
+            if not self.unexplained:
+                self.found, self._basis = found, wide
         if self.unexplained:
-            found = minimum(experiment, directions=directions, own_noise=ratio)
-        self.found = found
-        columns, weight = found.system.columns, 1.0 / found.balance.variance
+            self.found = usual = _fitted(experiment, narrow, ratio)[2]
+        columns, weight = usual.system.columns, 1.0 / usual.balance.variance
         information = columns.T @ (columns * weight[:, None])
         self.power = DetectionPower(known, drift, gravity, level, information)
         still = self.power.errors(self.power.scatter(0.0 * drift))
@@ -254,6 +283,6 @@ class Change:
     @property
     def covariance(self) -> FloatArray:
         """Of that estimate, the calibration's own uncertainty included, shape (12, 12)."""
-        basis = self.power.basis
+        basis = self._basis
         own = slice(0, basis.shape[1])
         return np.asarray(basis @ self.found.balance.covariance[own, own] @ basis.T)

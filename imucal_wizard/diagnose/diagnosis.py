@@ -7,8 +7,10 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Terms, Verdict
+from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.model.effect import ACCELEROMETER
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,18 @@ class Diagnosis:
     def could_be(self) -> float | None:
         """The error that these data may not show, see ``could_be``; None without findings."""
         return None if self.findings is None else self.findings.could_be
+
+    @property
+    def by_method(self) -> str:
+        """The method of the papers that made this calibration or its reference, "" for none.
+
+        The verdict is then on the fit of rows and terms to the same data.
+        """
+        sensors = {} if self.report is None or self.bench is None else self.report.sensors
+        for name in dict.fromkeys((self.sensor, ACCELEROMETER)):
+            if name in sensors and sensors[name].method in methods_of(name):
+                return sensors[name].method
+        return ""
 
     @property
     def usable(self) -> bool:

@@ -88,7 +88,11 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
     clear = clear or [largest(sizes, errors)]
     parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
-    return with_unit(", ".join(parts), parameters[0].unit)
+    text = with_unit(", ".join(parts), parameters[0].unit)
+    most = float(np.abs(sizes[clear]).max())
+    unclear = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
+    names = [parameters[k].name for k in unclear if k not in clear and np.abs(sizes[k]) > most]
+    return f"{text}; {', '.join(names)} only in combination" if names else text
 
 
 def leading_sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:

@@ -82,6 +82,11 @@ class ExplainedVariance:
         patterns = [np.zeros((len(self.coordinates), 0)), *(x for _, x in parts)]
         return _span(np.concatenate(patterns, axis=1))
 
+    def own_span(self, family: str) -> FloatArray:
+        """The part of ``span`` that this family makes, without what it is paired with, (m, k)."""
+        parts, _ = self._likeliest((family,))
+        return _span(np.concatenate([x for own, x in parts if own == family], axis=1))
+
     def aliases(self, first: str) -> list[str]:
         """The aliases of an effect that make exactly what its likeliest form takes away here.
 

@@ -17,6 +17,9 @@ from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit
 
 Limits = Mapping[str, float]
 """The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
+MAX_OF_METHOD = 1.5
+"""Error of a method of the papers, over that of the fit of the same data by which the verdict is
+given, above which the verdict does not hold for the method."""
 _UNITS = {
     "accelerometer": ACCELERATION_UNITS,
     "gyroscope": {
@@ -34,7 +37,7 @@ _REASONS = {
     Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
     Verdict.UNEXPLAINED: "more than noise is left, and no explanation is certain",
     Verdict.NOT_REPEATABLE: "the same pose does not repeat",
-    Verdict.DISTURBED: "something probably moved during the measurement",
+    Verdict.DISTURBED: "a part of the measurement does not fit with all others",
     Verdict.INSUFFICIENT: "the data are too few for this model",
     Verdict.WAITING: "the accelerometer's model must be completed first",
 }
@@ -109,6 +112,12 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
+    if diagnosis.by_method and diagnosis.bench is not None:
+        best = diagnosis.bench.fit
+        least = best.rms_fitted if best.rms_held_out is None else best.rms_held_out
+        if best.unit == fit.unit and error > MAX_OF_METHOD * least:
+            leaves = quantity(least, fit.unit)
+            return f"without the {diagnosis.by_method} method the same data leave {leaves}"
     return beyond_limit(error, diagnosis.could_be, limit, fit.unit)
 
 

@@ -136,7 +136,7 @@ def _effect(
         which,
         float(np.log(prior)),
         patterns,
-        SPREADS,
+        tuple(min(one, 1.0) for one in SPREADS) if candidate.effect.bounded else SPREADS,
         paired,
         not candidate.effect.paired,
     )

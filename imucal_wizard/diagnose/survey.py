@@ -1,6 +1,7 @@
 """The diagnosis of a session: each sensor in its order, with effects added where that is asked."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
@@ -34,7 +35,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
 
     Returns:
         The findings that led to the last step: those of the model before it where something was
-        added and no shape is left, so that they name what was missing.
+        added and only noise is left, so that they name what was missing.
     """
     _complete_base(bench)
     below = len(bench.ladder)
@@ -53,7 +54,8 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()
     if last.opinion.shapeless:
-        return said
+        # what was missing is said with the model before; how much is left, with the present one
+        return said if last.opinion.verdict is Verdict.COMPLETE else last
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
     if without_name and len(bench.ladder) > below:
@@ -85,12 +87,14 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     near = {name: bench.likeliest_variant(name) for name in chosen}
     alone = [(name,) for name in chosen] if len(chosen) > 1 else []
     for names in (*alone, chosen):
-        for name in names:
-            bench.add(name, near=near[name])
-        enough = names == chosen or bench.look().opinion.shapeless
-        if bench.confirmed(len(names)) and enough:
-            return names
-        for _ in names:
+        below = len(bench.ladder)
+        with suppress(DataError):  # what cannot be fitted is not confirmed either
+            for name in names:
+                bench.add(name, near=near[name])
+            enough = names == chosen or bench.look().opinion.shapeless
+            if bench.confirmed(len(names)) and enough:
+                return names
+        while len(bench.ladder) > below:
             bench.undo()
     return ()
 

@@ -236,8 +236,9 @@ class Opinion:
             is noise and no drift.
         lack: whether measured noise makes what is left.
         shapeless: what is left has no shape: noise alone, however large, explains it.
-        probable: members of the likeliest family that is not certain enough to be named, the
-            likeliest first; empty where none is likelier than everything else.
+        probable: members of the families named, or of the likeliest one that is not certain enough
+            to be named, the likeliest first; empty where none is likelier than everything else, or
+            much is left beside it.
         heard: what the gyroscope says of the explanations, where it was asked.
         decided: the families among whose members it has decided.
     """
@@ -324,15 +325,22 @@ def judge_misfit(
         listed = (*listed, *(one for one in every if one not in listed))
     # the same with something more is no other explanation
     plain = [one for one in listed if not any({*other} < {*one} for other in listed)]
+    if verdict is Verdict.AMBIGUOUS and not families:
+        # explanations hold only where they leave no more than a name may leave
+        left = misfit.lack_beside(hypotheses.frame.across @ best.span(()))
+        if not left.within_noise and share_left(lack, left) > MAX_SHARE_LEFT_BY_NAME:
+            verdict = nameless(lack)
     if verdict is Verdict.AMBIGUOUS and len(plain) < 2:
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
     first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
     probable: Terms = ()
-    if share > MIN_PROBABLE and not families and not (heard is not None and heard.against_all):
-        left = misfit.lack_beside(hypotheses.frame.across @ best.span((first,)))
+    asked = families or (first,) * (share > MIN_PROBABLE)
+    # two together fit much that is neither of them
+    if len(asked) == 1 and not (heard is not None and heard.against_all):
+        left = misfit.lack_beside(hypotheses.frame.across @ best.own_span(asked[0]))
         if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE:
-            probable = _within(shares, family_of, first)
+            probable = terms[0] if terms else _within(shares, family_of, first)
     return Opinion(
         verdict,
         families,
@@ -396,16 +404,9 @@ def nameless(lack: LackOfFit) -> Verdict:
 def unconfirmed(opinion: Opinion) -> Opinion:
     """The opinion where data held out do not confirm what it names: that is only probable.
 
-    Not even that where the gyroscope is against it, too.
+    Not even that where it is two effects, leaves much, or the gyroscope is against it.
     """
-    named = dict.fromkeys(term for members in opinion.terms for term in members)
-    return replace(
-        opinion,
-        verdict=nameless(opinion.lack),
-        families=(),
-        terms=(),
-        probable=() if opinion.refuted else tuple(named),
-    )
+    return replace(opinion, verdict=nameless(opinion.lack), families=(), terms=())
 
 
 def share_left(before: LackOfFit, after: LackOfFit) -> float:

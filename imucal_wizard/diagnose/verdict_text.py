@@ -7,7 +7,7 @@ measurements that would decide where these data do not.
 import numpy as np
 
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
-from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -21,7 +21,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
+from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, WRONG_READINGS
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -50,12 +50,18 @@ FASTER = "faster rotations, for example on a rate table,"
 def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
-    parts = _base_left_out(diagnosis)
+    parts = _of_method(diagnosis) + _base_left_out(diagnosis)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
+    elif bench is not None and (wrong := _warnings(diagnosis, WRONG_READINGS)):
+        return " ".join([*parts, f"The error is {_against_noise(bench)}.", *wrong])
     elif bench is not None:
-        if diagnosis.added and diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
-            parts += _missing(diagnosis, bench)
+        if diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
+            for one in diagnosis.found:
+                parts += effect_text(diagnosis, bench, one.term)
+                if one.like:
+                    parts += [f"It may be {_or(one.like)} as well: these data cannot decide."]
+            parts += _fall(diagnosis, bench) if diagnosis.added else []
         sentences_of = {
             Verdict.COMPLETE: _complete,
             Verdict.MISSING: _missing,
@@ -71,6 +77,21 @@ def verdict_text(diagnosis: Diagnosis) -> str:
         parts += _curves_of_model(bench)
         parts += _reservations(diagnosis, bench)
     return " ".join(parts)
+
+
+def _of_method(diagnosis: Diagnosis) -> list[str]:
+    """That a method of the papers was not judged, but the fit of rows and terms."""
+    fit = None if diagnosis.report is None else diagnosis.report.sensors.get(diagnosis.sensor)
+    if fit is None or not diagnosis.by_method:
+        return []
+    held_out = f"{quantity(fit.rms_held_out, fit.unit)} held out"
+    error = f"{quantity(fit.rms_fitted, fit.unit)} fitted" if fit.rms_held_out is None else held_out
+    return [
+        (
+            f"With the {diagnosis.by_method} method the error is {error}; the following is said of "
+            "the usual fit of the same data."
+        )
+    ]
 
 
 def _base_left_out(diagnosis: Diagnosis) -> list[str]:
@@ -156,22 +177,29 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
         chosen = zip(opinion.families, opinion.terms, strict=True)
         end = f": this decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
     elif opinion.heard.against_all:
-        end = f": this contradicts {'it' if len(known) == 1 else 'each of them'}"
+        them = "it" if len(known) == 1 else "each of them"
+        # what is named nevertheless explains the accelerometer's own residuals
+        end = f": this contradicts {them}"
+        if opinion.families or diagnosis.found:
+            end = f": this speaks against {them}, and the accelerometer's residuals for {them}"
     now = quantity(known[0][1][0], "rad")
     first = f"was {now} before" if diagnosis.added else f"is {now} now"
     return [f"The gyroscope's closure {first}, {each}{end}."]
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    times = number(_opinion(diagnosis).lack.ratio)
-    left = (
-        f"More than noise is left: the residuals are {times} times the measured noise. The error "
-        f"is {_against_noise(bench)}."
-    )
+    lack = _opinion(diagnosis).lack
+    times = f"the residuals are {number(lack.ratio)} times the measured noise"
+    left = f"More than noise is left: {times}. The error is {_against_noise(bench)}."
+    if lack.within_noise:
+        left = (
+            f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
+            f"The error is {_against_noise(bench)}."
+        )
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
-    if rival is not None:
+    if rival is not None and not lack.within_noise:
         other, known = rival
         return [
             (
@@ -190,7 +218,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
     curves = _curves(diagnosis, bench)
     if curves:
-        return [left, "No effect tested here explains it; a free curve shows it.", *curves]
+        return [left, "No effect tested here explains it.", *curves]
     if any(term.effect.free for term in bench.fit.terms):
         guess = (
             "Between the poses the free curve of the model is only a guess. Hold the device in "
@@ -226,23 +254,27 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first, now = curves[0], bench.fit.rms_held_out
     then = None if first.trial is None else first.trial.rms_held_out
     others = [other for other in curves[1:] if shape_of(bench.fit, other.term, curves)]
+    unit, out = bench.fit.unit, bench.left_out_unit
+    if now is None or then is None:
+        return []
+    change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
+    if share_not_predicted(now, then, bench.fit.floor) > MAX_SHARE_NOT_PREDICTED:
+        return [
+            (
+                f"A free curve over {shape.over}, {first.term}, would only bring {change}: what it "
+                "shows is a guess."
+            )
+        ]
     left = 0.0 if first.trial is None else first.trial.rms_fitted
     noise = MAX_REPEATABILITY * (bench.fit.floor_fitted or 0.0)
     alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
-    how = f"depends on {shape.over}{'' if others else ' only'}"
-    if not alone:
-        how = f"depends on {shape.over}, but not only on it"
-    sentences = [f"The error of {shape.axis} {how}: {shape.words()}."]
+    only = " only" if alone and not others else ""
+    what = "The error" if alone else "Part of the error"
+    sentences = [f"{what} of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
         sentences.append(f"It may be {names} as well: these data cannot decide which.")
-    unit, out = bench.fit.unit, bench.left_out_unit
-    change = f"from {quantity(now, unit)} to {quantity(then, unit)}"
-    return [
-        *sentences,
-        f"Adding {first.term} would bring the error on {out} left out {change}.",
-        f"{_capital(shape.unknown)}.",
-    ]
+    return [*sentences, f"Adding {first.term} would bring {change}.", f"{_capital(shape.unknown)}."]
 
 
 def _curves_of_model(bench: Bench) -> list[str]:
@@ -345,17 +377,21 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
     return None
 
 
-def _disturbed(diagnosis: Diagnosis, _bench: Bench) -> list[str]:
+def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
+    what = "the device moved, or the sensor changed"
+    of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
+    if 0 in diagnosis.disturbed_holds and of_before:
+        what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
     return [
         (
             f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
-            f"tested here, and without {them} only noise is left: something probably moved. "
+            f"tested here, and without {them} only noise is left: {what}. "
             f"Measure {them} again; nothing has been deleted."
         )
     ]
@@ -381,11 +417,14 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well
+    return list(dict.fromkeys(sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])))
+
+
+def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:
+    """The warnings of this sensor with these words."""
     warnings = () if diagnosis.report is None else diagnosis.report.warnings
-    advice = CLIPPING_ADVICE[diagnosis.sensor]
-    clipped = [one for one in warnings if diagnosis.sensor in one and advice in one]
-    sentences += [f"{_capital(one.removesuffix('.'))}." for one in clipped]
-    return sentences
+    said = [one for one in warnings if diagnosis.sensor in one and words in one]
+    return [f"{_capital(one.removesuffix('.'))}." for one in said]
 
 
 def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:

@@ -414,10 +414,11 @@ def minimum(
         if length < arrived or length == np.inf:
             break
     if not length < VALLEY:
+        undo = ", or remove the last effect" if terms else ""
         raise DataError(
             f"the fit of the {experiment.sensor} does not converge: these data do not belong to "
             "one calibration of this model. Check columns, unit, sampling rate and the largest "
-            "residuals, or remove the last effect"
+            f"residuals{undo}"
         )
     system = problem.system(calibration, rows, system.columns)
     balance = solve(system)

@@ -6,13 +6,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import SENSORS
 
 RATE_MISTAKES = (
     (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
@@ -34,8 +37,10 @@ NEAR = 0.08
 def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     """Warnings about the accelerometer's unit and hand-held holds."""
     notes = list(fit.warnings)
+    usual, odd = _scales(fit)
+    notes += odd
     if fit.bias_unit != COUNT:
-        notes += unit_notes(float(np.mean(np.abs(np.diag(fit.matrix)))))
+        notes += unit_notes(usual)
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
@@ -72,8 +77,8 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     fit = report.fit
     if fit is None:
         return notes
-    scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
-    wrong_scale = [] if unit == COUNT else scale_notes(scale, rate)
+    scale, odd = _scales(fit)
+    wrong_scale = odd + ([] if unit == COUNT else scale_notes(scale, rate))
     notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
     matrix = fit.matrix / scale
     best = np.abs(matrix).argmax(axis=1)
@@ -87,6 +92,20 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
                 f"{', '.join(wrong)}. Check the wiring or the columns"
             )
     return notes
+
+
+def _scales(fit: SensorFit) -> tuple[float, list[str]]:
+    """Usual scale (true over read) of the axes, and what is said of those that differ from it."""
+    sizes = np.linalg.norm(fit.matrix, axis=0)
+    usual = median(sizes)
+    odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > FAR).tolist()
+    if fit.unusable or not odd:
+        return float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), []
+    return usual, [
+        f"the {fit.sensor}'s {AXES[axis]} axis reads {usual / sizes[axis]:.3g} times what the "
+        "other axes read of the same input, which no sensor does: check its column, unit and range"
+        for axis in odd
+    ]
 
 
 def scale_notes(scale: float, rate: float) -> list[str]:
@@ -120,6 +139,22 @@ def _other_range(scale: float) -> list[str]:
     return []
 
 
+_OF_THE_FIT = {
+    "Gravity reads": "gravity reads",
+    **{
+        f"The readings of the {sensor} come in steps": f"the {sensor}'s readings come in steps"
+        for sensor in SENSORS
+    },
+}
+"""How a warning about the samples begins, and one about the same that the fit gives."""
+
+
+def said_better(note: str, notes: Sequence[str]) -> bool:
+    """Whether the fit warns of what a check of the samples has noticed, by better numbers."""
+    found = [later for first, later in _OF_THE_FIT.items() if note.startswith(first)]
+    return any(other.startswith(later) for later in found for other in notes)
+
+
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     """How many rotations could not be used, and why, without what would have been advised then."""
     reasons: dict[str, list[str]] = {}
@@ -131,7 +166,8 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
         return []
     count = sum(map(len, reasons.values()))
     each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
-    notes = [f"{count} of {len(rotations)} rotations are not used: {each}"]
+    verb = "is" if count == 1 else "are"
+    notes = [f"{count} of {len(rotations)} rotations {verb} not used: {each}"]
     clipped = [one for one in rotations if is_clipped(one.problem)]
     if clipped:
         places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])

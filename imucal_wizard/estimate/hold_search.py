@@ -18,6 +18,7 @@ from imucal_wizard.measurement.segmentation import (
     loose_candidates,
     reduce_recording,
     rest_numbers,
+    rests_apart,
     turning_rates,
     usual_candidates,
 )
@@ -30,8 +31,15 @@ GOOD_ENOUGH = 1e-3
 """An expected error, in units of gravity, below which no looser limit needs to be tried."""
 
 
-def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
-    """The holds under the limit from which the best calibration follows; steps of the readings."""
+def find_holds(
+    readings: Readings, gravity: float
+) -> tuple[list[Hold], Steps, list[tuple[float, float]]]:
+    """The holds under the limit from which the best calibration follows.
+
+    Returns:
+        The holds, the steps of the readings, and the rests in which the gyroscope reads another
+        mean than in the holds, see ``rests_apart``.
+    """
     stream = reduce_recording(readings)
     if stream is None:
         raise DataError(
@@ -41,7 +49,8 @@ def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
     steps = stream.step_a, stream.step_g
     found = [holds for _, holds in usual_candidates(stream)]
     if stream.one_position:  # nothing to calibrate from: the longest rest is what there is
-        return max(found, key=lambda holds: sum(one.end - one.start for one in holds)), steps
+        best = max(found, key=lambda holds: sum(one.end - one.start for one in holds))
+        return best, steps, rests_apart(stream, best)
     errors = [judge(holds, gravity, rest_numbers(holds)) for holds in found]
     if min(errors) > GOOD_ENOUGH * gravity:
         looser = [holds for _, holds in loose_candidates(stream)]
@@ -54,7 +63,7 @@ def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps]:
         others = [_without(holds, best[odd]) for holds in found]
         best = _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others])
     _refuse_slow_motion(stream, best)
-    return best, steps
+    return best, steps, rests_apart(stream, best)
 
 
 def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None:

@@ -25,6 +25,10 @@ MAX_REPEATABILITY = 2.5
 visit to visit are no noise of a usable sensor. Structure of three times that noise leaves more than
 this with any poses; flicker noise of four times the usual size leaves 2."""
 
+MAX_LEFT_BY_VISITS = 3.2
+"""What is left, rms over that of the difference between visits, above which these are not said to
+be the cause: one or two repeats that happen to agree refute nothing, but they show nothing."""
+
 
 @dataclass(frozen=True)
 class LackOfFit:
@@ -56,7 +60,9 @@ class LackOfFit:
     def not_repeatable(self) -> bool:
         """Whether the visits explain what is left, and differ by far more than the noise."""
         differ = self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
-        return self._visits_explain and differ and self.ratio > MAX_REPEATABILITY
+        if not self._visits_explain or not differ or self.share is None:
+            return False
+        return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * float(np.sqrt(self.share))
 
     @property
     def between_directions(self) -> bool:

@@ -23,6 +23,7 @@ from imucal_wizard.estimate.fit_warnings import (
     accelerometer_warnings,
     gyroscope_warnings,
     rotation_warnings,
+    said_better,
 )
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.hold_search import find_holds
@@ -31,7 +32,9 @@ from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
+from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
+from imucal_wizard.measurement.rounding import in_steps
 from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.model.effect import ACCELEROMETER
 
@@ -113,7 +116,7 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
-    holds, steps = find_holds(_without(readings, options.left_out), options.gravity)
+    holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
@@ -123,10 +126,47 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
-    warnings = (*readings.warnings, *rounding_warnings(holds, steps, units))
+    warnings = (
+        *readings.warnings,
+        *([] if options.rates or options.turns else _apart(apart, holds, readings)),
+        *axes_without_noise(holds, steps[0]),
+        *rounding_warnings(holds, steps, _in_steps(readings, units)),
+    )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+
+
+def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
+    """The units of the sensors whose readings come in steps."""
+    return {
+        sensor: units[sensor]
+        for sensor, series in inertial_sensors(readings)
+        if in_steps(series.values)
+    }
+
+
+def _apart(
+    rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings
+) -> list[str]:
+    """Warning about rests that are no holds because the gyroscope reads another mean there."""
+    gyroscope, known = readings.gyroscope, [one.gyroscope for one in holds]
+    usual = [one for one in known if one is not None]
+    if not rests or gyroscope is None or not usual:
+        return []
+    parts = [gyroscope.between(start, end).values for start, end in rests]
+    means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
+    if not len(means):
+        return []
+    most = float(np.abs(means - np.median(usual, axis=0)).max())
+    count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
+    first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
+    note = (
+        f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
+        "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
+        "was exchanged, or the device lay on something that turns"
+    )
+    return [note]
 
 
 def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:
@@ -169,8 +209,8 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     return DataError(
         f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
         "the accelerometer shows, so that too few of them count as still: its bias jumped or "
-        "drifted, or the device lay on something that turns. Record again on a fixed surface "
-        "without restarting the sensor",
+        "drifted, or the device turned slowly, by itself or on something that turns. Record again "
+        "on a fixed surface, two seconds at rest in each position, without restarting the sensor",
         settings=error.settings,
     )
 
@@ -344,6 +384,7 @@ def fit_holds(
             bad = rotations[gyroscope.outlier.index]
             place = f"the rotation from {bad.time[0]:.1f} to {bad.time[-1]:.1f} s"
             odd["gyroscope"] = _stands_out(place, gyroscope.outlier)
+    notes = [note for note in notes if not said_better(note, notes)]
     return FitReport(
         gravity=options.gravity,
         rates=rates,

@@ -1,15 +1,17 @@
 """The result of a fit: parameters with uncertainty, errors, and parameters not determined."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
+from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
     from imucal_wizard.model.rows.table import ResidualTable
 
 
+NORMAL_95 = 1.96
+"""Standard deviations within which a normal error lies 95 times in 100."""
 MIN_SINGLE_AXIS_ERROR = 0.001
 """Relative difference from the vector fit from which a single-axis scale is commented."""
 
@@ -86,6 +90,8 @@ def worse_than_none(
     before: float | None,
     fitted: float,
     held_out: float | None,
+    freedom: int | None = None,
+    parameters: int = 0,
 ) -> str:
     """Why a calibration is not usable, in one sentence with what to do; "" if it is.
 
@@ -99,14 +105,26 @@ def worse_than_none(
         before: rms error with the nominal conversion only.
         fitted: of the data fitted, which counts where nothing could be held out.
         held_out: of data held out.
+        freedom: degrees of freedom of the fit, where nothing could be held out: few of them may
+            leave little although the parameters are wrong.
+        parameters: how many were fitted.
     """
     error = fitted if held_out is None else held_out
+    if held_out is None and freedom is not None:
+        # the limit of a new error, 95 %, in terms of an rms
+        spread = math.sqrt((freedom + 2.0 * parameters) / max(freedom, 1))
+        error = error * spread * quantile(0.95, freedom) / NORMAL_95 if freedom else math.inf
     if bias_unit == COUNT or before is None or error <= before:
         return ""
+    if held_out is None:
+        return (
+            f"{plural(freedom or 0, 'degree')} of freedom and {quantity(fitted, unit)} fitted do "
+            f"not exclude that the {sensor}'s calibration is worse than none "
+            f"({quantity(before, unit)}): do not apply it; measure more positions and rotations"
+        )
     errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
     return (
-        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again "
-        "with the device at rest in more positions"
+        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again"
     )
 
 
@@ -246,7 +264,10 @@ class SensorFit:
     def unusable(self) -> str:
         """Why applying it is worse than not applying it, in one sentence; "" if it is not."""
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
-        return worse_than_none(self.sensor, self.bias_unit, self.unit, *errors)
+        fitted = sum(one.carried for one in self.parameters)
+        return worse_than_none(
+            self.sensor, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
+        )
 
     @property
     def of_table(self) -> bool:

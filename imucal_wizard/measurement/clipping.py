@@ -5,6 +5,7 @@ follows the clipping, the readings stand near one extreme for a while: fast and 
 reach the same rate, and the integrated rate falls short of the angle that gravity shows.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -90,29 +91,33 @@ def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bo
     return short or bool(lengths[here].max() >= MIN_PLATEAU_RATIO * elsewhere)
 
 
-def _flat_ends(values: FloatArray, rest: FloatArray) -> FloatArray | None:
-    """The ends of a range that all motions show, shape (2, 3): lowest and highest readings.
+def _flat_ends(motions: Sequence[FloatArray], rest: FloatArray) -> FloatArray | None:
+    """The ends of a range that the motions show, shape (2, 3): lowest and highest readings.
 
-    Clipping repeats one extreme value, and the range is the same in both senses and on all axes:
-    ends count if two or more of the six extremes are flat and equally far from rest.
+    Clipping repeats one extreme value exactly. An extreme is an end if two motions or more are flat
+    there, or if another one of the six, as far from rest, is flat too: one range usually holds for
+    both senses and all axes.
 
     Args:
-        values: readings while the device moves, shape (n, 3).
+        motions: readings of each motion, shape (n, 3).
         rest: the reading at rest, shape (3,).
 
     Returns:
         The ends, infinite where an extreme is not flat; None if there is no sign of clipping.
     """
+    values = np.concatenate(motions)
     if len(values) < MIN_CHECKED_SAMPLES:
         return None
     extremes = np.stack([values.min(axis=0), values.max(axis=0)])
-    flat = np.array([[_flat_top(sign * column) for column in values.T] for sign in (-1.0, 1.0)])
+    flat = np.zeros((2, 3), np.int64)
+    for sense, axis in itertools.product(range(2), range(3)):
+        there = [one[:, axis] for one in motions if (one[:, axis] == extremes[sense, axis]).any()]
+        flat[sense, axis] = sum(_flat_top(column if sense else -column) for column in there)
     away = np.abs(extremes - rest)
-    largest = float(away[flat].max(initial=0.0))
-    flat &= away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest
-    if int(flat.sum()) < MIN_FLAT_ENDS:
-        return None
-    return np.where(flat, extremes, np.array([[-np.inf], [np.inf]]))
+    largest = float(away[flat > 0].max(initial=0.0))
+    alike = (flat > 0) & (away >= (1.0 - MAX_RANGE_DIFFERENCE) * largest)
+    ends = (flat >= MIN_FLAT_ENDS) | (alike & (alike.sum() >= MIN_FLAT_ENDS))
+    return np.where(ends, extremes, np.array([[-np.inf], [np.inf]])) if ends.any() else None
 
 
 CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
@@ -164,7 +169,7 @@ def clipped_motions(
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
     rest = median_of_rows(np.array([one.rest for one in motions]))
-    ends = _flat_ends(np.concatenate([one.rate for one in motions]), rest)
+    ends = _flat_ends([one.rate for one in motions], rest)
     axes = [
         clipped_axis(one.rate, one.rest, full_scale, unit)
         or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))
@@ -317,11 +322,13 @@ def _flat_top(values: FloatArray) -> bool:
     if len(values) <= MIN_PLATEAU:
         return False
     at_top = np.flatnonzero(values == values.max())
-    if len(at_top) < MIN_PLATEAU or at_top[0] == 0:
+    if len(at_top) < MIN_PLATEAU:
         return False
     steps = np.abs(np.diff(values))
     resolution = float(steps[steps > 0.0].min(initial=np.inf))
     for plateau in np.split(at_top, np.flatnonzero(np.diff(at_top) > 1) + 1):
+        if plateau[0] == 0:  # nothing shows how it was entered
+            continue
         jump = steps[plateau[0] - 1] / resolution
         if len(plateau) >= MIN_PLATEAU and jump >= MIN_PLATEAU_JUMP:
             return True
@@ -330,8 +337,15 @@ def _flat_top(values: FloatArray) -> bool:
     return False
 
 
+WRONG_READINGS = "these readings are wrong"
+"""Part of the warnings about holds whose readings are not those of the sensor."""
+
+
 def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
-    """Warnings about accelerometer axes that repeat one extreme reading without noise.
+    """Warnings about accelerometer axes that repeat one reading without noise.
+
+    At the end of the range they do so in every hold beyond it; elsewhere the converter skips codes,
+    or the sensor has stopped measuring for a while.
 
     Readings whose noise is smaller than their step cannot be judged: any hold may be silent.
 
@@ -352,13 +366,26 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
         silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
         for end in (means[:, axis].min(), means[:, axis].max()):
             # the mean of equal readings equals them only up to rounding
-            count = int((np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent).sum())
+            there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
+            count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
                 notes.append(
                     f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
-                    f"in {count} holds: the end of its range; this calibration is wrong: "
+                    f"in {count} holds: the end of its range; {WRONG_READINGS}: "
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
+                silent &= ~there
+        stuck = [hold for hold, quiet in zip(holds, silent, strict=True) if quiet]
+        if stuck:
+            at_end = bool(set(means[silent, axis]) & {means[:, axis].min(), means[:, axis].max()})
+            end = "this is the end of its range, " if at_end else ""
+            places = ", ".join(f"{one.start:.1f} to {one.end:.1f} s" for one in stuck[:3])
+            more = f" and {len(stuck) - 3} more" if len(stuck) > 3 else ""
+            notes.append(
+                f"the accelerometer's {AXES[axis]} axis does not change at all in the holds from "
+                f"{places}{more}: {end}its converter skips codes there, or the sensor repeated one "
+                f"reading; {WRONG_READINGS}: measure again, these holds at another angle"
+            )
     return notes
 
 

@@ -73,10 +73,19 @@ def inertial_sensors(readings: Readings) -> list[tuple[str, Series]]:
 
 
 def _repeated_samples(readings: Readings) -> str:
-    """Warning about samples that repeat the previous one on every axis."""
+    """Warning about samples that repeat the previous one on every axis.
+
+    A device that prints too fast does so in motion, too, a few times each. A sensor whose noise is
+    below its step repeats itself for as long as it rests, which is not counted.
+    """
     same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
-    share = float(np.mean(np.logical_and.reduce(same)))
-    if not MAX_REPEATED_SHARE < share < 1.0:
+    starts = np.flatnonzero(np.append(True, ~np.logical_and.reduce(same)))
+    runs = np.diff(np.append(starts, len(readings)))
+    short = runs[runs < GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate]
+    if not len(short):
+        return ""
+    share = 1.0 - len(short) / float(short.sum())
+    if share <= MAX_REPEATED_SHARE:
         return ""
     return (
         f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
@@ -158,7 +167,8 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
         words = f"{np.degrees(step):.2g} °/s"
     return (
         f"The readings of the {sensor} come in steps of {words}. Print decimal numbers with more "
-        "digits (Arduino: Serial.print(x, 5)); send whole numbers in a smaller unit, or raw counts."
+        "digits (Arduino: Serial.print(x, 5)), or raw counts; if these steps are the sensor's, set "
+        "a smaller range."
     )
 
 
@@ -259,6 +269,15 @@ def _missing_samples(time: FloatArray) -> str:
             "the times jitter as if they were taken on arrival; let the device"
             " print its own time, or leave the column out and give the rate"
         )
+    # a time that was given twice makes a long step, too, in which nothing is missing
+    late = np.maximum(usual - steps[np.maximum(gaps - 1, 0)], 0.0)
+    real = steps[gaps] - late > MAX_STEP_RATIO * usual
+    if not real.any():
+        return (
+            f"{plural(len(gaps), 'sample')} came with a time too early, the first at "
+            f"{time[gaps[0]] - time[0]:.6g} s: nothing is missing, but the device's clock is uneven"
+        )
+    gaps, ratios = gaps[real], ratios[real]
     longest = gaps[np.argmax(steps[gaps])]
     lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
     return (

@@ -500,7 +500,7 @@ class Rests:
         found, left = [], [(first, past)]
         while left:
             first, past = left.pop()
-            if past - first < shortest:
+            if past - first < max(shortest, 1):
                 continue
             begin, end = self.around(first, past)
             found.append((begin, end))

@@ -14,6 +14,9 @@ SAMPLES_PER_SLICE = 20_000
 recording."""
 MIN_STEP_SHARE = 0.02
 """Share of the changes that may be smaller than the resolution: occasional garbled numbers."""
+FEW_STEPS, STEP_TOLERANCE = 20.0, 0.1
+"""Changes by fewer steps than the first show the step; by chance, a fifth of them would be a
+multiple of it within the second."""
 STEP_RANGE = 1e-150, 1e150
 """Steps whose squares are finite and not zero; no sensor has others."""
 FINE_RATIO = 1e6
@@ -49,6 +52,21 @@ def resolution_of(values: FloatArray) -> FloatArray:
     with np.errstate(invalid="ignore", over="ignore"):  # ``_step`` drops what is not finite
         pieces = [np.abs(np.diff(values[a:b], axis=0)) for a, b in zip(starts, stop, strict=True)]
     return np.array([_step(column) for column in np.concatenate(pieces).T])
+
+
+def in_steps(values: FloatArray) -> bool:
+    """Whether readings change by whole multiples of their resolution.
+
+    Numbers that are printed with many digits have a smallest change, too, but it is no step.
+
+    Args:
+        values: readings in order of time, shape (n, axes).
+    """
+    steps = resolution_of(values)
+    changes = np.abs(np.diff(values[: 2 * SAMPLES_PER_SLICE], axis=0))
+    ratio = changes[:, steps > 0.0] / steps[steps > 0.0]
+    few = ratio[(ratio > 0.0) & (ratio < FEW_STEPS)]
+    return not len(few) or bool(np.mean(np.abs(few - np.round(few)) < STEP_TOLERANCE) > 0.5)
 
 
 def _step(changes: FloatArray) -> float:

@@ -12,6 +12,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.limits.stillness import (
     CALM_FACTOR,
     COURSE_STRETCHES,
@@ -26,6 +27,7 @@ from imucal_wizard.core.limits.stillness import (
     ONE_POSITION,
     ONE_POSITION_NOISE,
     QUIET_BLOCKS,
+    REST_FACTOR,
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
     TIME_TOLERANCE,
@@ -235,6 +237,31 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     return [hold for hold in holds if hold is not None]
 
 
+def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:
+    """Calm rests that are no holds because the gyroscope reads another mean there: begin, end, s.
+
+    Its bias has jumped, or the device lies on something that turns.
+
+    Args:
+        stream: the recording.
+        holds: those that are used.
+    """
+    if stream.windows.mean_g is None:
+        return []
+    limits, usual = stream.noise.limits(REST_FACTOR), stream.resting_rate
+    if limits.rate is None or usual is None:
+        return []
+    found = []
+    for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
+        here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
+        off = (
+            one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > limits.rate).any()
+        )
+        if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
+            found.append((one.start, one.end))
+    return found
+
+
 def _hold_of_rest(stream: ReducedRecording, rest: tuple[int, int]) -> Hold | None:
     """The hold in the blocks of a rest; None if it is too short or drifts.
 
@@ -429,7 +456,9 @@ def _problem(part: Series, interval: float, start: float, end: float) -> str | N
         return "no gyroscope samples in it"
     gap = largest_gap(part.time, start, end)
     if gap > MAX_SAMPLE_INTERVALS * interval:
-        return f"a gap of {gap:.2f} s: the angle in it is not known"
+        restarted = np.isclose(gap, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
+        why = "the device restarted in it" if restarted else f"a gap of {gap:.2f} s"
+        return f"{why}: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

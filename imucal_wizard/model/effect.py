@@ -231,6 +231,8 @@ class Effect(ABC):
             rest to rest, distinguish from it, where their sizes are chosen for that.
         free: it is a free curve: its parameters are coefficients of one course, which is shown
             by its rms.
+        hides: where it acts, readings do not show the input, so that they remain wrong with it.
+        bounded: its size is never far above the typical one, unlike that of a faulty sensor.
         stories: its lesson, by sensor.
     """
 
@@ -246,6 +248,8 @@ class Effect(ABC):
     paired: bool = True
     aliases: tuple[str, ...] = ()
     free: bool = False
+    hides: bool = False
+    bounded: bool = False
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 

@@ -40,6 +40,7 @@ from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.guide.steps.recheck import Proposal
+from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.model.catalogue import effect
@@ -336,11 +337,14 @@ def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
         return _recheck_on_table(known, readings)
     if not len(readings):
         raise DataError("the recording has no accelerometer: a recheck needs gravity")
-    holds, steps = find_holds(readings, known.criteria.gravity)
+    holds, steps, _ = find_holds(readings, known.criteria.gravity)
+    time = readings.accelerometer.time
+    wrong = axes_without_noise(holds, steps[0])
+    if wrong:
+        return unreadable_recheck(known, "; ".join(wrong), float(time[-1] - time[0]))
     holds = with_rounding(holds, steps)
     turned = readings.gyroscope
     rotations = [] if turned is None else rotations_between(holds, turned, readings.accelerometer)
-    time = readings.accelerometer.time
     return known.recheck(RecheckData(holds, rotations, float(time[-1] - time[0]), readings), units)
 
 

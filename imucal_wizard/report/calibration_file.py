@@ -227,7 +227,10 @@ class Sensor(msgspec.Struct, frozen=True):
             name: of the sensor.
         """
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
-        return worse_than_none(name, self.bias_unit, self.unit, *errors)
+        fitted = len(self.parameters) - len(self.not_determined)
+        return worse_than_none(
+            name, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
+        )
 
     def apply(
         self, readings: FloatArray, where: Circumstances | None = None, own: Sequence[Effect] = ()

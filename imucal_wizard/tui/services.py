@@ -481,7 +481,7 @@ def last_line(
     """The final state in words, the effects of the model included, and what to type next.
 
     Args:
-        grades: of the sensors.
+        grades: of the sensors; empty in an exercise, whose answer a verdict would give away.
         report: the fit that was saved.
         path: the saved calibration.
         measured: the session or recording for the bench; None to propose an export.
@@ -492,9 +492,10 @@ def last_line(
         beyond = f" with {' + '.join(term.name for term in terms)}" if terms else ""
         states.append(f"{name} {one.grade.word}{beyond}")
     following = f"imucal-wizard export {shlex.quote(str(path))} --to TARGET"
-    if measured is not None and any(one.grade != "good" for one in grades.values()):
+    judged = bool(grades) and all(one.grade == "good" for one in grades.values())
+    if measured is not None and not judged:
         following = f"imucal-wizard bench {shlex.quote(str(measured))}"
-    return f"{'; '.join(states) or 'saved without a verdict'}. Next: {following}"
+    return f"{'; '.join(states) or 'saved; the bench shows what is missing'}. Next: {following}"
 
 
 def recheck_line(found: "Recheck", calibration: "Calibration", path: Path, port: str | None) -> str:

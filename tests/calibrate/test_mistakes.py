@@ -7,10 +7,12 @@ import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.measurement.data_quality import check_recording
+from imucal_wizard.measurement.rounding import in_steps
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
 
@@ -295,3 +297,126 @@ def test_an_accelerometer_alone_is_calibrated_alone() -> None:
     report = fit_readings(Readings(session().accelerometer))
     assert set(report.sensors) == {"accelerometer"}
     assert report.rotations == ()
+
+
+def test_an_end_that_one_axis_alone_shows_is_the_end_of_its_range() -> None:
+    """One sense of one axis ends at 60 °/s, far below the smallest common range."""
+    end = np.radians(60.0)
+
+    def clip(rate: FloatArray) -> FloatArray:
+        rate[:, 1] = np.minimum(rate[:, 1], end)
+        return rate
+
+    readings = with_gyroscope(session(), clip)
+    report = fit_readings(readings)
+    reached = [bool((one.rate[:, 1] == end).sum() >= 4) for one in report.rotations]
+    clipped = [one.problem is not None and "clipped" in one.problem for one in report.rotations]
+    assert sum(reached) >= 2
+    assert clipped == reached
+    whole = fit_readings(session()).sensors["gyroscope"].rms_held_out
+    left = report.sensors["gyroscope"].rms_held_out
+    assert whole is not None
+    assert left is not None
+    assert left < 1.5 * whole
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "words"), [(9.3, 99.0, "the end of its range"), (-0.3, 0.3, "skips codes")]
+)
+def test_holds_in_which_an_axis_is_stuck_are_said_to_be_wrong(
+    low: float, high: float, words: str
+) -> None:
+    """Above 9.3 m/s² or around zero, the converter gives one code."""
+
+    def stuck(force: FloatArray) -> FloatArray:
+        force[(force[:, 2] > low) & (force[:, 2] < high), 2] = low
+        return force
+
+    report = fit_readings(with_accelerometer(session(), stuck))
+    assert _warned(report, "z axis", words, "these readings are wrong")
+
+
+@pytest.mark.parametrize("seconds", [0.12, 0.5, 1.0, 5.0])
+def test_a_time_in_another_unit_is_told_by_the_gyroscope(seconds: float) -> None:
+    """A counter of samples taken for seconds makes any sampling rate."""
+    readings = session()
+    assert readings.gyroscope is not None
+    slow: FloatArray = seconds * np.arange(len(readings), dtype=np.float64)
+    report = fit_readings(
+        replace(
+            readings,
+            accelerometer=replace(readings.accelerometer, time=slow),
+            gyroscope=replace(readings.gyroscope, time=slow),
+        )
+    )
+    assert _warned(report, "the sampling rate is about 98 Hz instead of")
+
+
+@pytest.mark.parametrize("factor", [3.0, -0.5])
+def test_an_axis_in_another_unit_than_the_others_is_named(factor: float) -> None:
+    def change(values: FloatArray) -> FloatArray:
+        values[:, 1] *= factor
+        return values
+
+    words = "y axis reads", "times what the other axes read"
+    assert _warned(fit_readings(with_gyroscope(session(), change)), "gyroscope's", *words)
+    assert _warned(fit_readings(with_accelerometer(session(), change)), "accelerometer's", *words)
+
+
+def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
+    """A gyroscope whose bias jumps by 3 °/s half way, as one that is exchanged."""
+
+    def jump(rate: FloatArray) -> FloatArray:
+        rate[len(rate) // 2 :] += np.radians(3.0)
+        return rate
+
+    report = fit_readings(with_gyroscope(session(), jump))
+    assert len(report.holds) < len(fit_readings(session()).holds)
+    assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
+
+
+def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> None:
+    """Rests of three seconds and smooth turns of one second between them, without noise."""
+    phase = np.clip(np.arange(4000) % 400 - 300, 0.0, 100.0) / 100.0 + np.arange(4000) // 400
+    angle = 0.7 * (phase - np.sin(2.0 * np.pi * phase) / (2.0 * np.pi))
+    force = 9.8 * np.column_stack([np.cos(angle), np.sin(angle) * 0.8, np.sin(angle) * 0.6])
+    rate = 0.01 + np.gradient(angle, 0.01)[:, None] * np.array([0.3, -0.6, 0.8])
+    time = np.arange(4000) / 100.0
+    readings = Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+    assert check_recording(readings) == ()
+    assert not in_steps(force)
+    assert in_steps(np.round(force / 0.02) * 0.02)
+
+
+def test_samples_that_are_printed_three_times_are_told() -> None:
+    readings = session()
+    assert readings.gyroscope is not None
+    rows = np.arange(len(readings)) // 3 * 3
+    slow = replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, values=readings.accelerometer.values[rows]),
+        gyroscope=replace(readings.gyroscope, values=readings.gyroscope.values[rows]),
+    )
+    assert any("67% of the samples repeat" in text for text in check_recording(slow))
+
+
+def test_a_wrong_unit_is_told_once() -> None:
+    readings = with_accelerometer(session(), lambda force: force / STANDARD_GRAVITY)
+    checked = replace(readings, warnings=check_recording(readings))
+    notes = fit_readings(checked).notes(judged=False)
+    assert len([one for one in notes if "gravity reads" in one.lower()]) == 1
+
+
+def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
+    readings = session()
+    assert readings.gyroscope is not None
+    time = readings.accelerometer.time.copy()
+    time[700] = time[699]
+    twice = replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, time=time),
+        gyroscope=replace(readings.gyroscope, time=time),
+    )
+    (said,) = check_recording(twice)
+    assert "1 sample came with a time too early" in said
+    assert "rotations across a gap" not in said

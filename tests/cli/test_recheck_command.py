@@ -323,6 +323,41 @@ def test_one_axis_that_reads_a_third_is_a_fault_and_no_other_range(
     assert found["sensors"]["gyroscope"]["moved"]
 
 
+def test_a_gyroscope_that_is_mounted_anew_has_turned_and_not_another_scale(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    """By 0.01 rad about z."""
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    columns = [names.index(column) for column in ("gx", "gy")]
+    turn = np.array([[np.cos(0.01), np.sin(0.01)], [-np.sin(0.01), np.cos(0.01)]])
+    table[:, columns] = table[:, columns] @ turn.T
+    file = tmp_path / "turned.csv"
+    np.savetxt(file, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    status, found = run(file=file)
+    assert (status, found["verdict"]) == (1, "no-go")
+    moved = {one["parameter"]: one["by"] for one in found["sensors"]["gyroscope"]["moved"]}
+    assert {*moved} <= {"cross_xy", "cross_yx"}
+    assert moved["cross_xy"] == pytest.approx(-0.01, abs=0.001)
+
+
+def test_clipped_readings_are_no_change_of_the_device(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    column = names.index("az")
+    table[:, column] = np.minimum(table[:, column], 9.0)
+    file = tmp_path / "clipped.csv"
+    np.savetxt(file, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    status, found = run(file=file)
+    assert (status, found["verdict"]) == (1, "insufficient")
+    assert "the end of its range" in found["says"]
+    assert found["sensors"]["accelerometer"]["moved"] == []
+
+
 def test_what_is_no_verdict_on_the_device_is_not_kept_in_its_history(
     folder: Path, tmp_path: Path
 ) -> None:

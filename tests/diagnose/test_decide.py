@@ -59,6 +59,8 @@ def test_a_weak_second_family_does_not_spoil_the_first_name() -> None:
         (LackOfFit(1.6, 1e-6, 1.1, 1e-4, 0.3), Verdict.UNEXPLAINED),
         (LackOfFit(1.6, 1e-6, 0.4, 0.12, 0.9), Verdict.UNEXPLAINED),
         (LackOfFit(4.0, 0.0, 16.0, 0.4, 0.0), Verdict.NOT_REPEATABLE),
+        # one repeat, by a tenth of what is left
+        (LackOfFit(40.0, 0.0, 16.0, 0.06, 1e-3), Verdict.UNEXPLAINED),
         (LackOfFit(4.0, 0.0, 4.0, 0.02, 0.05), Verdict.UNEXPLAINED),
     ],
 )

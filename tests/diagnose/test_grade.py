@@ -9,7 +9,7 @@ import pytest
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.result import FitReport, worse_than_none
 from tests.tui.fakes import diagnoses, report
 
 GOOD = diagnoses(Verdict.COMPLETE)
@@ -54,6 +54,19 @@ def test_a_calibration_that_is_worse_than_none_is_not_usable() -> None:
     found = graded(replace(known, sensors={**known.sensors, "accelerometer": worse}), GOOD)
     assert found["accelerometer"].grade is Grade.NOT_USABLE
     assert "worse than none" in found["accelerometer"].why
+
+
+@pytest.mark.parametrize(("freedom", "usable"), [(0, False), (1, False), (20, True)])
+def test_few_degrees_of_freedom_do_not_exclude_that_it_is_worse_than_none(
+    freedom: int, usable: bool
+) -> None:
+    """Six faces that are seated to 30 mg leave 11 mg by chance."""
+    seven = "accelerometer", "m/s^2", "m/s^2", 0.3, 0.11, None, freedom, 6
+    assert (worse_than_none(*seven) == "") is usable
+
+
+def test_six_faces_that_are_seated_well_are_usable() -> None:
+    assert not worse_than_none("accelerometer", "m/s^2", "m/s^2", 0.25, 0.002, None, 1, 6)
 
 
 def test_limits_are_read_from_a_file(tmp_path: Path) -> None:

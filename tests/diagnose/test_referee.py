@@ -112,3 +112,13 @@ def test_the_gyroscope_brings_no_wrong_name(kind: str) -> None:
     for number in range(2):
         one = judged(57, kind, number)
         assert one.refereed in ("", kind, one.alone)
+
+
+def test_the_gyroscope_does_not_judge_a_dead_zone() -> None:
+    """Within the zone the accelerometer does not show up: with the right size it stays wrong."""
+    report, readings = fitted("dead-zone:4:y", poses="26", rotations=6, seed=3)
+    said = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
+    assert said.findings is not None
+    heard = said.findings.opinion.heard
+    assert heard is None or ("dead-zone",) not in heard.with_terms
+    assert "contradicts" not in said.says

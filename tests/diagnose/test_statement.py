@@ -11,6 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
     diagnosis_of,
@@ -19,6 +20,7 @@ from imucal_wizard.diagnose.survey import (
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
 from imucal_wizard.measurement.holds import Hold
@@ -96,8 +98,9 @@ def test_repeats_that_an_effect_nearly_explains_are_not_called_chance() -> None:
     )
     said = diagnose_benches(Benches(walked), {}, automatic=True)[0]
     assert said.verdict is Verdict.NOT_REPEATABLE
-    assert "probably scale-step" in said.says
-    assert "which follows the time, but this is not certain yet" in said.says
+    assert "Scale-step" in said.says
+    assert "which follows the time, comes nearest, but this is not certain" in said.says
+    assert "probably" not in said.says
     assert "chance" not in said.says
 
 
@@ -358,3 +361,75 @@ def test_a_hold_that_stands_out_is_told_with_a_verdict_that_does_not_explain_it(
     said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
     assert said.verdict is Verdict.DISTURBED
     assert "does not agree with the others" not in said.says
+
+
+def test_the_earth_does_not_turn_ten_times_faster() -> None:
+    """A g-sensitivity that is the same on all axes looks like a rotation about the vertical."""
+    each = [f"gyroscope/g-sensitivity:0.1:{axis}" for axis in ("xx", "yy", "zz")]
+    report, readings = fitted(*each, rotations=6, seed=8)
+    said = diagnose_benches(Benches(report, readings), {}, automatic=True)[1]
+    assert "earth-rate" not in said.says
+    assert "g-sensitivity" in said.says
+
+
+def test_two_effects_that_leave_much_are_not_probable() -> None:
+    """A rippled characteristic is fitted by all products of two and three forces together."""
+    report, _ = fitted(poses="18", seed=5)
+    rippled = moved(
+        report,
+        lambda _, hold: (
+            3.0
+            * MG
+            * np.sin(2.0 * np.pi * 6.0 * hold.accelerometer / STANDARD_GRAVITY)
+            * np.array([1.0, 0.0, 0.0])
+        ),
+    )
+    said = diagnose_benches(Benches(rippled), {}, automatic=True)[0]
+    assert said.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+    assert "probably" not in said.says
+
+
+def test_what_an_added_effect_leaves_is_said_of_the_present_model() -> None:
+    """Second order on x, and poses that settle a little differently each time."""
+    rng = np.random.default_rng(4)
+    report, _ = fitted(poses="18", seed=6)
+    bent = moved(
+        report,
+        lambda _, hold: along(
+            hold,
+            8.0 * MG * (hold.accelerometer[0] / STANDARD_GRAVITY) ** 3 + rng.normal(0.0, 0.1 * MG),
+        ),
+    )
+    said = diagnose_benches(Benches(bent), {}, automatic=True)[0]
+    assert [one.term for one in said.found] == ["second-order"]
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert "In the model now: second-order" in said.says
+    bench = said.bench
+    assert bench is not None
+    left = bench.look().opinion.lack.ratio
+    assert f"the residuals are {left:.3g} times" in said.says
+
+
+def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
+    """Still poses show the sum of three products of all forces, and none of them alone."""
+    report, readings = fitted("cross-product:4:xyz", poses="26", seed=3)
+    report = replace(report, rates={"accelerometer": 100.0})
+    said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
+    assert said.found[0].term == "cross-product"
+    assert "only in combination" in said.says
+    assert "xyz" in said.says
+
+
+def test_a_method_of_the_papers_does_not_take_the_verdict_of_the_usual_fit() -> None:
+    """Single-axis scales ignore the cross axes that the data show."""
+    _, readings = fitted(rotations=6)
+    report = fit_readings(readings, FitOptions(gyroscope_method="static"))
+    (_, said) = diagnose_benches(Benches(report, readings), {}, automatic=False)
+    (one, other) = (report.sensors["gyroscope"].rms_held_out, said.ladder[0].rms_held_out)
+    assert one is not None
+    assert other is not None
+    assert one > 1.5 * other
+    assert said.says.startswith("With the static method the error is ")
+    grade = graded(report, {said.sensor: said})["gyroscope"]
+    assert grade.grade is Grade.DOUBTFUL
+    assert "without the static method" in grade.why

@@ -78,7 +78,7 @@ def test_the_file_keeps_how_the_device_seems_to_turn_in_its_holds(
     path = tmp_path / "recording.csv"
     simulate_recording(path, hidden=[f"gyroscope/{hidden}"], poses="6", seed=seed, rate=25.0)
     report = fit_readings(read_files([path]))
-    made = load(from_report(report, "a test", "2026-01-01").save(tmp_path / "c.json"))
+    made = load(from_report(report, "a test", "2026-01-01").save(tmp_path / "c.json", force=True))
     holds = made.hold_means
     # a rotation reaches 0.05 s into a hold in which the device rests
     assert any(one.edges[0] < holds[one.before].end - 0.3 for one in made.rotation_increments)

@@ -7,15 +7,17 @@ import msgspec
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.diagnose.recheck import MovedParameter, Recheck, RecheckVerdict, SensorRecheck
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.report.calibration_file import Calibration, Device
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.services import Saved, recheck_line
+from imucal_wizard.tui.services import Saved, last_line, recheck_line
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.widgets.big_text import dots, full_blocks
+from tests.calibrate.sessions import session
 from tests.report.devices import calibration
 from tests.tui import fakes
 from tests.tui.terminals import USUAL, VIRTUAL
@@ -112,3 +114,9 @@ async def test_a_known_device_in_the_list_is_checked_with_the_source_chosen_next
         await until(pilot, lambda: asked == [Path("/a/cal.json"), None, Path("/a/cal.json")])
         await pilot.press("enter")
         await shows(pilot, "100.0 Hz")
+
+
+def test_the_last_line_of_an_exercise_leads_to_the_bench() -> None:
+    line = last_line({}, fit_readings(session()), Path("my.json"), Path("my.imucal"))
+    assert line.startswith("saved; ")
+    assert line.endswith("Next: imucal-wizard bench my.imucal")

@@ -56,6 +56,8 @@ CHANGES: dict[str, tuple[float, float]] = {
 }
 """Changes of a bias (m/s², rad/s) and of a scale (relative) that a recheck has to see on each axis:
 a shock or a soldering iron makes such changes, and they tilt a horizon by 0.3°."""
+MOUNTED_ANEW = 0.01
+"""rad; a sensor that is taken off its board and mounted again turns by about as much."""
 POWER = 0.99
 """Probability with which it has to see each of them."""
 NO_GO_BY_CHANCE = 0.01

@@ -33,6 +33,7 @@ class DeadZone(AxisEffect):
     title = "dead zone around zero"
     equation = "ε_i = −Dᵢ sign(x_i)"
     order = 24
+    hides = True
     sizes: Mapping[str, Size] = {
         ACCELEROMETER: Size(
             "mg",

@@ -39,6 +39,7 @@ class EarthRate(Effect):
     title = "the rotation of the Earth"
     equation = "ε = Ω_up u"
     order = 60
+    bounded = True
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="Nothing is wrong with the sensor. The Earth rotates by 15° per hour, and a "
