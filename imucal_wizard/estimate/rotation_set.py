@@ -24,6 +24,14 @@ from imucal_wizard.model.rows.source import (
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
 
+STEPS_AWAY = (4.0, 12.0)
+"""Steps between the reading of the fastest axis and the rests, by which a motion has begun ..."""
+BEGUN_BEFORE = (1.3, 0.45)
+"""... before the first, by so many times the time from the first to the second: until then, an
+error by rounding is that of the rests, for that axis and for the others, which move less. A twentieth
+of a step is enough to make another one of it, and whether the reading has changed by then depends
+on where in its step it rests; so the beginning follows from what is later."""
+
 MIN_RESTS_FOR_A_COURSE = 5
 """Holds at rest from which on the bias is taken to follow a straight line over time."""
 
@@ -64,15 +72,30 @@ class RotationSet:
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
 
     def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
-        """Samples at either end of a rotation that still show what the holds show, shape (n,)."""
-        resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
-        near = (np.abs(self.samples.reading - resting) < self.step).all(axis=1)
-        out = np.zeros(len(near), bool)
-        for first, past in itertools.pairwise(self.samples.offsets.tolist()):
-            own = near[first:past]
-            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
-            out[first:past] = ahead | behind[::-1]
+        """Samples at either end of a rotation whose errors by rounding are those of the holds.
+
+        Returns:
+            Of each axis, shape (n, 3).
+        """
+        away, out = self._away(holds), np.zeros((len(self.samples.time), 3), bool)
+        for part in self._parts:
+            own, place = away[part], 0.5 + np.arange(part.stop - part.start)[:, None]
+            out[part] = place < _resting(own)
+            out[part] |= place[::-1] < _resting(own[::-1])
+            out[part, (own < 1.0).all(axis=0)] = True
         return out
+
+    def _away(self, holds: Sequence[Hold]) -> FloatArray:
+        """How many steps each reading is from the mean at rest, on either side, shape (n, 3)."""
+        resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
+        stepped = self.step > 0.0
+        off = np.where(stepped, self.samples.reading - resting, 0.0)
+        return np.abs(off) / np.where(stepped, self.step, 1.0)
+
+    @property
+    def _parts(self) -> list[slice]:
+        """The samples of each rotation."""
+        return [slice(*pair) for pair in itertools.pairwise(self.samples.offsets.tolist())]
 
     def rounding_in_motion(self, holds: Sequence[Hold]) -> FloatArray:
         """Variance of the integral of each by steps that the noise at rest does not show.
@@ -86,12 +109,14 @@ class RotationSet:
         out, unseen = np.zeros((len(self.usable), 3)), unseen_rounding(holds, self.step)
         if not unseen.any():
             return out
-        samples, moving = self.samples, ~self.at_rest(holds)
-        for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
-            own = samples.reading[first:past][moving[first:past]]
-            whole = integrated_rounding(own, self.step)
-            whole = whole - len(own) * (self.step**2 / 12.0 - unseen)
-            out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
+        samples, resting, near = self.samples, self.at_rest(holds), self._away(holds) < 1.0
+        for place, part in enumerate(self._parts):
+            for axis in range(3):
+                moving = ~resting[part, axis] 
+                own, kept = samples.reading[part, axis][moving], near[part, axis][moving]
+                whole = integrated_rounding(own[:, None], self.step[[axis]], kept[:, None])[0]
+                whole = whole - len(own) * (self.step[axis] ** 2 / 12.0 - unseen[axis])
+                out[place, axis] = max(whole, 0.0) * median(np.diff(samples.time[part])) ** 2
         return np.where(unseen != 0.0, out, 0.0)
 
     def turned_inside(
@@ -167,6 +192,21 @@ class RotationSet:
             after=np.concatenate([self.after, after]),
             up=None,
         )
+
+
+def _resting(away: FloatArray) -> FloatArray:
+    """How many samples at the beginning are at rest, of each axis, shape (3,).
+
+    Args:
+        away: how many steps each reading is from the mean of the rests, shape (n, 3).
+    """
+    far = away > STEPS_AWAY[1] - 0.5
+    if not far.any():
+        return np.full(3, float(np.logical_and.accumulate((away < 1.0).all(axis=1)).sum()))
+    last = int(np.argmax(far.any(axis=1)))
+    turned = np.arange(3) == np.argmax(away[last])
+    first = int(np.argmax(away[:, turned][:, 0] > STEPS_AWAY[0] - 0.5))
+    return np.maximum(first - np.where(turned, *BEGUN_BEFORE) * (last - first), 0.0)
 
 
 def carried_inside(up: FloatArray, vector: FloatArray) -> FloatArray:

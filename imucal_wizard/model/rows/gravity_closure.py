@@ -182,7 +182,7 @@ class ClosureRows(Rows):
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
 
-        By one standard deviation of each. Rounding shifts the samples as long as the device rests.
+        By one standard deviation of each. Rounding shifts the samples as long as they are on the step of the rests.
         """
         source = self._source
         carried = carry(self.ends, source.before)
@@ -193,10 +193,10 @@ class ClosureRows(Rows):
         change = change - error_slope(source.after, carried, source.after_doubt)
         if source.resting is None:
             return source.rows_of(change)
-        at_rest = self.weights * source.resting[:, None]
-        turned = np.add.reduceat(at_rest, source.samples.offsets[:-1], axis=1)
         moved = -self._calibration.matrix * np.sqrt(source.rounding)
-        shifts = self._closed(np.einsum("imj,jk->mik", turned, moved[:, source.rounding > 0.0]))
+        shifted = (self.weights @ moved) * source.resting
+        turned = np.add.reduceat(shifted, source.samples.offsets[:-1], axis=1)
+        shifts = self._closed(np.moveaxis(turned, 1, 0)[:, :, source.rounding > 0.0])
         return np.concatenate([source.rows_of(change), shifts], axis=1)
 
     def loading(self) -> Loading | None:
@@ -322,7 +322,8 @@ class GravityClosure(RowSource):
         gravity: m/s².
         labels: see ``RowSource``.
         rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
-        resting: which samples are still at rest, shape (n,); None where rounding is no matter.
+        resting: samples of each axis that rounding still shifts like the holds, shape (n, 3); None
+            where rounding is no matter.
         walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,); ``noise`` has
             that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
