@@ -176,6 +176,10 @@ class GyroscopeExperiment(Movable):
     ) -> GravityClosure:
         one, reference = self.rotations, self.of
         before, after = self._ends()
+        resting = begun = None
+        if self.rest.rounding.any():
+            resting = one.at_rest(self.holds)
+            begun = one.begun(self.holds) * np.sqrt(one.place)
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
             samples=one.samples,
@@ -188,7 +192,8 @@ class GyroscopeExperiment(Movable):
             motion=motion_of(known, one, self._start, origin, self.readings),
             gravity=self.gravity,
             rounding=self.rest.rounding,
-            resting=self.rotations.at_rest(self.holds) if self.rest.rounding.any() else None,
+            resting=resting,
+            begun=begun,
             holds=np.column_stack([one.before, one.after]),
             tilts=reference.variance,
             walk=walk,

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import Rest, has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_shift, rate_step, unseen_rounding
+from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step, unseen_rounding
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.rounding import integrated_rounding
 from imucal_wizard.model.rows.source import (
@@ -24,13 +24,21 @@ from imucal_wizard.model.rows.source import (
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
 
-STEPS_AWAY = (4.0, 12.0)
-"""Steps between the reading of the fastest axis and the rests, by which a motion has begun ..."""
-BEGUN_BEFORE = (1.3, 0.45)
-"""... before the first, by so many times the time from the first to the second: until then, an
-error by rounding is that of the rests, for that axis and for the others, which move less. A twentieth
-of a step is enough to make another one of it, and whether the reading has changed by then depends
-on where in its step it rests; so the beginning follows from what is later."""
+LEVELS = ((2.0, 6.0, 0.9), (4.0, 12.0, 1.25))
+"""Two distances from the rests, in steps, and how many times the time between them an axis begins
+to move before the first. As long as it rests, an error by rounding is that of the rests. A twentieth
+of a step is enough to make it another one; whether the reading has changed by then depends on the
+place of the rests in their step, so the beginning follows from what comes later.
+
+The factors are those of simulated motions. A rate that grows with the n-th power of time x = (t/c)ⁿ,
+in steps, has the mean error of the rests for ``c Γ(1+1/n) cos(π/2n) Σ (6/π²k²) (2πk)^(−1/n)`` on
+average over all places: 0.20 c, 0.36 c and 0.47 c for n = 2, 3 and 4."""
+BEGINNING = 0.28
+"""Error of the sum of the readings after the beginning that is even in the place of the rests in
+their step, and has the sense of the motion: standard deviation over that of the place and the time
+between two ``LEVELS``. By the same series with sin(π/2n) for n = 3."""
+ON_STEP = 0.75
+"""Steps between the mean of the rests and a reading on their step; between two steps, on both."""
 
 MIN_RESTS_FOR_A_COURSE = 5
 """Holds at rest from which on the bias is taken to follow a straight line over time."""
@@ -51,6 +59,8 @@ class RotationSet:
         rounding: variance by which the steps of the readings shift the mean rate of all holds
             alike, reading units², shape (3,).
         step: of the readings on each axis, their unit, shape (3,); 0 where they never change.
+        place: variance of the error by the place of the rests in their step, if that is not known,
+            reading units², shape (3,).
     """
 
     samples: RotationSamples
@@ -60,6 +70,7 @@ class RotationSet:
     up: FloatArray | None
     rounding: FloatArray
     step: FloatArray
+    place: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def spans(self) -> FloatArray:
@@ -74,23 +85,43 @@ class RotationSet:
     def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
         """Samples at either end of a rotation whose errors by rounding are those of the holds.
 
+        Of an axis that never leaves the step of the rests, all of them.
+
         Returns:
             Of each axis, shape (n, 3).
         """
         away, out = self._away(holds), np.zeros((len(self.samples.time), 3), bool)
         for part in self._parts:
             own, place = away[part], 0.5 + np.arange(part.stop - part.start)[:, None]
-            out[part] = place < _resting(own)
-            out[part] |= place[::-1] < _resting(own[::-1])
-            out[part, (own < 1.0).all(axis=0)] = True
+            out[part] = place < _begun(own)[0]
+            out[part] |= place[::-1] < _begun(own[::-1])[0]
+            out[part, (np.abs(own) < ON_STEP).all(axis=0)] = True
+        return out
+
+    def begun(self, holds: Sequence[Hold]) -> FloatArray:
+        """Errors by rounding while an axis begins to move, by the place of the rests in their step.
+
+        See ``BEGINNING``.
+
+        Returns:
+            One standard deviation, over that of the place itself, shape (n, 3).
+        """
+        away, out = self._away(holds), np.zeros((len(self.samples.time), 3))
+        for part in self._parts:
+            for own, into in ((away[part], out[part]), (away[part][::-1], out[part][::-1])):
+                begun, pace, way = _begun(own)
+                for axis in np.flatnonzero(pace):
+                    first = int(max(begun[axis], 0.0))
+                    past = int(np.ceil(begun[axis] + 2.0 * pace[axis]))
+                    into[first:past, axis] += way[axis] * BEGINNING * pace[axis] / (past - first)
         return out
 
     def _away(self, holds: Sequence[Hold]) -> FloatArray:
-        """How many steps each reading is from the mean at rest, on either side, shape (n, 3)."""
+        """How many steps each reading is from the mean at rest, shape (n, 3)."""
         resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
         stepped = self.step > 0.0
         off = np.where(stepped, self.samples.reading - resting, 0.0)
-        return np.abs(off) / np.where(stepped, self.step, 1.0)
+        return np.asarray(off / np.where(stepped, self.step, 1.0))
 
     @property
     def _parts(self) -> list[slice]:
@@ -194,19 +225,32 @@ class RotationSet:
         )
 
 
-def _resting(away: FloatArray) -> FloatArray:
-    """How many samples at the beginning are at rest, of each axis, shape (3,).
+def _begun(away: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """When each axis begins to move.
 
     Args:
-        away: how many steps each reading is from the mean of the rests, shape (n, 3).
+        away: how many steps each reading of a rotation is from the mean of the rests, shape (n, 3).
+
+    Returns:
+        The sample at which it begins, the samples from one of ``LEVELS`` to the other, 0 where it
+        does not reach them in the first half of the rotation, and the direction, shape (3,) each.
     """
-    far = away > STEPS_AWAY[1] - 0.5
-    if not far.any():
-        return np.full(3, float(np.logical_and.accumulate((away < 1.0).all(axis=1)).sum()))
-    last = int(np.argmax(far.any(axis=1)))
-    turned = np.arange(3) == np.argmax(away[last])
-    first = int(np.argmax(away[:, turned][:, 0] > STEPS_AWAY[0] - 0.5))
-    return np.maximum(first - np.where(turned, *BEGUN_BEFORE) * (last - first), 0.0)
+    size, axes = np.abs(away[: (len(away) + 1) // 2]), np.arange(3)
+    still = float(np.logical_and.accumulate((size < 1.0).all(axis=1)).sum())
+    begun, pace, way = np.full(3, still), np.zeros(3), np.zeros(3)
+    for near, far, before in LEVELS:
+        reached = size > far - 0.5
+        moved = reached.any(axis=0)
+        if not moved.any():
+            continue
+        first, last = np.argmax(size > near - 0.5, axis=0), np.argmax(reached, axis=0)
+        fastest = int(np.argmin(np.where(moved, last, len(away))))
+        begun = np.where(moved, first - before * (last - first), begun)
+        pace = np.where(moved, np.maximum(last - first, 0.5), pace)
+        way = np.where(moved, np.sign(away[last, axes]), way)
+        # the others move less, and so the fastest one is well on its way when they begin to
+        begun = np.where(pace > 0.0, begun, first[fastest])
+    return begun, pace, way
 
 
 def carried_inside(up: FloatArray, vector: FloatArray) -> FloatArray:
@@ -264,4 +308,5 @@ def rotation_set(
         length = lengths(force)[:, None]
         up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
     step, ends = rate_step(turned), (table[:, 1], table[:, 2])
-    return RotationSet(samples, table[:, 0], *ends, up, rate_shift(holds, step), step)
+    shift, place = rate_shift(holds, step), rate_place(holds, step)
+    return RotationSet(samples, table[:, 0], *ends, up, shift, step, place)

@@ -193,11 +193,13 @@ class ClosureRows(Rows):
         change = change - error_slope(source.after, carried, source.after_doubt)
         if source.resting is None:
             return source.rows_of(change)
-        moved = -self._calibration.matrix * np.sqrt(source.rounding)
-        shifted = (self.weights @ moved) * source.resting
-        turned = np.add.reduceat(shifted, source.samples.offsets[:-1], axis=1)
-        shifts = self._closed(np.moveaxis(turned, 1, 0)[:, :, source.rounding > 0.0])
-        return np.concatenate([source.rows_of(change), shifts], axis=1)
+        parts, shifted = [source.rows_of(change)], source.rounding > 0.0
+        for error in (np.sqrt(source.rounding) * source.resting, source.begun):
+            if error is not None:
+                rates = -(self.weights @ self._calibration.matrix) * error
+                turned = np.add.reduceat(rates, source.samples.offsets[:-1], axis=1)
+                parts.append(self._closed(np.moveaxis(turned, 1, 0)[:, :, shifted]))
+        return np.concatenate(parts, axis=1)
 
     def loading(self) -> Loading | None:
         """See ``Rows``: each rotation shares the direction errors of both its holds.
@@ -324,6 +326,8 @@ class GravityClosure(RowSource):
         rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
         resting: samples of each axis that rounding still shifts like the holds, shape (n, 3); None
             where rounding is no matter.
+        begun: error by rounding of each sample while an axis begins to move, one standard deviation
+            of what the rotations share, reading units, shape (n, 3).
         walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,); ``noise`` has
             that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
@@ -343,6 +347,7 @@ class GravityClosure(RowSource):
     labels: RowLabels
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
+    begun: FloatArray | None = None
     walk: FloatArray = field(default_factory=lambda: np.zeros(3))
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -404,7 +409,9 @@ class GravityClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        return (*reference_names(self.before_doubt), *rounding_names(self.rounding))
+        names = reference_names(self.before_doubt), rounding_names(self.rounding)
+        begun = () if self.begun is None else rounding_names(self.rounding, "rounding_in_motion")
+        return (*names[0], *names[1], *begun)
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
