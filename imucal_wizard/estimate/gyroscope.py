@@ -113,7 +113,7 @@ class GyroscopeExperiment(Movable):
         self._start, self.of, self.readings = start, reference, readings
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
-        self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
+        self.rounded = rotations.rounding_in_motion(holds) @ (start.matrix**2).T
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
@@ -155,12 +155,14 @@ class GyroscopeExperiment(Movable):
     def _noise(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,).
 
-        The closures with the rate noise of the quietest axis; that of each axis follows, (3,).
+        The closures with the rate noise of the quietest axis; that of each axis follows, (m, 3).
         """
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
-        walk = (float(rest.per_second.min()) + self.lost) * (last - first)
-        closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
+        span = last - first
+        walk = rest.per_second + self.rounded / span[:, None]
+        walked = (walk.min(axis=1) + self.lost) * span
+        closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's
         coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2
         mostly = np.isfinite(coarse) @ gains.T > 0.5 * gains.sum(axis=1)
@@ -168,7 +170,7 @@ class GyroscopeExperiment(Movable):
         return (
             np.maximum(resting, MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
-            rest.per_second,
+            walk,
         )
 
     def _closures(

@@ -90,12 +90,18 @@ class RotationSet:
         Returns:
             Of each axis, shape (n, 3).
         """
+        away, out = self._away(holds), self._before_and_after(holds)
+        for part in self._parts:
+            out[part, (np.abs(away[part]) < ON_STEP).all(axis=0)] = True
+        return out
+
+    def _before_and_after(self, holds: Sequence[Hold]) -> BoolArray:
+        """Samples before and after the motion about each axis, shape (n, 3)."""
         away, out = self._away(holds), np.zeros((len(self.samples.time), 3), bool)
         for part in self._parts:
             own, place = away[part], 0.5 + np.arange(part.stop - part.start)[:, None]
             out[part] = place < _begun(own)[0]
             out[part] |= place[::-1] < _begun(own[::-1])[0]
-            out[part, (np.abs(own) < ON_STEP).all(axis=0)] = True
         return out
 
     def begun(self, holds: Sequence[Hold]) -> FloatArray:
@@ -140,14 +146,14 @@ class RotationSet:
         out, unseen = np.zeros((len(self.usable), 3)), unseen_rounding(holds, self.step)
         if not unseen.any():
             return out
-        samples, resting, near = self.samples, self.at_rest(holds), self._away(holds) < 1.0
+        samples, moving = self.samples, ~self._before_and_after(holds)
         for place, part in enumerate(self._parts):
+            interval = median(np.diff(samples.time[part]))
             for axis in range(3):
-                moving = ~resting[part, axis] 
-                own, kept = samples.reading[part, axis][moving], near[part, axis][moving]
-                whole = integrated_rounding(own[:, None], self.step[[axis]], kept[:, None])[0]
-                whole = whole - len(own) * (self.step[axis] ** 2 / 12.0 - unseen[axis])
-                out[place, axis] = max(whole, 0.0) * median(np.diff(samples.time[part])) ** 2
+                own, step = samples.reading[part, axis][moving[part, axis]], self.step[[axis]]
+                whole = float(integrated_rounding(own[:, None], step)[0])
+                whole -= len(own) * (float(step[0]) ** 2 / 12.0 - unseen[axis])
+                out[place, axis] = max(whole, 0.0) * interval**2
         return np.where(unseen != 0.0, out, 0.0)
 
     def turned_inside(
@@ -249,6 +255,7 @@ def _begun(away: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         pace = np.where(moved, np.maximum(last - first, 0.5), pace)
         way = np.where(moved, np.sign(away[last, axes]), way)
         # the others move less, and so the fastest one is well on its way when they begin to
+        begun = np.clip(begun, begun[fastest], first[fastest])
         begun = np.where(pace > 0.0, begun, first[fastest])
     return begun, pace, way
 

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, distinct
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.statistics import normal_below
 
 STEP_SLICES = 20
@@ -20,7 +20,7 @@ FINE_RATIO = 1e6
 """σ²/q² above which steps do not matter."""
 NO_ROUNDING = 1.0
 """σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
-TURNED = 0.45
+TURNED = 0.4
 """Variance of the mean error of a run that turns back inside a step, over q²/12: 1/3 for parabolas
 of all heights by the square of their lengths, more where noise shortens the runs."""
 LEAVING = 0.3
@@ -168,21 +168,17 @@ def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
     return sigma**2, (mean - place) ** 2, share @ steps**2 - mean**2
 
 
-def integrated_rounding(
-    reading: FloatArray, step: FloatArray, resting: BoolArray | None = None
-) -> FloatArray:
+def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
     """Variance by rounding of the sum of readings that move, reading², shape (axes,).
 
     Readings stay on a step for a run of n samples. If the motion passes the step, the errors of the
-    run add up to that of one sample, q²/12. If it turns back inside the step, they add up to a part
-    of n² q²/12, which they have if the reading stands still (``TURNED``); so do those of the first
-    and of the last run (``LEAVING``).
+    run add up to that of one sample, q²/12. Those of n samples that stand still add up to n² q²/12,
+    those of a run that turns back inside the step to a part of it (``TURNED``), and so do those of
+    the first and of the last run (``LEAVING``).
 
     Args:
         reading: samples that follow one another, shape (n, axes).
         step: q of each axis, shape (axes,); an axis without steps has the variance 0.
-        resting: which readings are on the step of the rests, shape (n, axes). All that an axis has
-            in common with its rests is no error here.
     """
     out = np.zeros(len(step))
     for axis in np.flatnonzero(step > 0.0) if len(reading) else ():
@@ -191,8 +187,6 @@ def integrated_rounding(
         length = np.diff(np.concatenate([[-1], ends, [len(reading) - 1]]))
         way, size = np.sign(change[ends]), np.full(len(length), LEAVING) * length**2
         size[1:-1] = np.where(way[1:] == way[:-1], 1.0, TURNED * length[1:-1] ** 2)
-        if not len(ends) and (resting is None or not resting[:, axis].all()):
-            size = length**2.0
         out[axis] = size.sum()
     return np.asarray(out * step**2 / 12.0)
 

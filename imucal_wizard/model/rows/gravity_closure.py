@@ -232,8 +232,10 @@ class ClosureRows(Rows):
     def _uneven(self) -> FloatArray:
         """A root of the covariance of each rotation's rows by what axes have over the quietest."""
         source, samples = self._source, self._source.samples
+        walk = np.broadcast_to(source.walk, (len(source.before), 3))
+        uneven = np.sqrt(walk - walk.min(axis=1)[:, None])
         steps = self._means.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
-        steps = steps * np.sqrt(source.walk - source.walk.min())[:, None]
+        steps = steps * np.repeat(uneven, np.diff(samples.step_offsets), axis=0).T
         products = np.einsum("ias,jas->ijs", steps, steps).reshape(9, -1)
         whole = np.add.reduceat(products, samples.step_offsets[:-1], axis=1).T.reshape(-1, 3, 3)
         values, vectors = np.linalg.eigh(whole)
@@ -328,8 +330,8 @@ class GravityClosure(RowSource):
             where rounding is no matter.
         begun: error by rounding of each sample while an axis begins to move, one standard deviation
             of what the rotations share, reading units, shape (n, 3).
-        walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,); ``noise`` has
-            that of the quietest.
+        walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,), or of each
+            rotation, (m, 3); ``noise`` has that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
