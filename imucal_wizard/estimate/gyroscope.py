@@ -113,7 +113,7 @@ class GyroscopeExperiment(Movable):
         self._start, self.of, self.readings = start, reference, readings
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
-        self.rounded = rotations.rounding_in_motion(holds) @ (start.matrix**2).T
+        self._rounded = rotations.rounding_in_motion(holds)
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
@@ -160,7 +160,7 @@ class GyroscopeExperiment(Movable):
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
         span = last - first
-        walk = rest.per_second + self.rounded / span[:, None]
+        walk = rest.per_second + self._rounded @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost) * span
         closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's

@@ -16,7 +16,7 @@ from imucal_wizard.estimate.noise import Rest, has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step, unseen_rounding
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rounding import integrated_rounding
+from imucal_wizard.measurement.rounding import LEAVING, integrated_rounding
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -147,11 +147,14 @@ class RotationSet:
         if not unseen.any():
             return out
         samples, moving = self.samples, ~self._before_and_after(holds)
+        away = np.abs(self._away(holds))
         for place, part in enumerate(self._parts):
             interval = median(np.diff(samples.time[part]))
             for axis in range(3):
                 own, step = samples.reading[part, axis][moving[part, axis]], self.step[[axis]]
                 whole = float(integrated_rounding(own[:, None], step)[0])
+                if (away[part, axis] < ON_STEP).all():
+                    whole *= LEAVING  # the rest of it is the error of the holds
                 whole -= len(own) * (float(step[0]) ** 2 / 12.0 - unseen[axis])
                 out[place, axis] = max(whole, 0.0) * interval**2
         return np.where(unseen != 0.0, out, 0.0)
@@ -250,13 +253,13 @@ def _begun(away: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         if not moved.any():
             continue
         first, last = np.argmax(size > near - 0.5, axis=0), np.argmax(reached, axis=0)
-        fastest = int(np.argmin(np.where(moved, last, len(away))))
+        fastest = moved & (last == last[moved].min())
         begun = np.where(moved, first - before * (last - first), begun)
         pace = np.where(moved, np.maximum(last - first, 0.5), pace)
         way = np.where(moved, np.sign(away[last, axes]), way)
         # the others move less, and so the fastest one is well on its way when they begin to
-        begun = np.clip(begun, begun[fastest], first[fastest])
-        begun = np.where(pace > 0.0, begun, first[fastest])
+        start = first[fastest].min()
+        begun = np.where(pace > 0.0, np.clip(begun, begun[fastest].min(), start), start)
     return begun, pace, way
 
 

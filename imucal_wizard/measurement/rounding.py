@@ -187,7 +187,7 @@ def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
         length = np.diff(np.concatenate([[-1], ends, [len(reading) - 1]]))
         way, size = np.sign(change[ends]), np.full(len(length), LEAVING) * length**2
         size[1:-1] = np.where(way[1:] == way[:-1], 1.0, TURNED * length[1:-1] ** 2)
-        out[axis] = size.sum()
+        out[axis] = size.sum() if len(ends) else float(length[0]) ** 2
     return np.asarray(out * step**2 / 12.0)
 
 
