@@ -160,7 +160,7 @@ class GyroscopeExperiment(Movable):
         rest, one = rest_of(self.holds, self._start.matrix), self.rotations
         first, last = one.spans.T
         span = last - first
-        walk = rest.per_second + self._rounded @ (self._start.matrix**2).T / span[:, None]
+        walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost) * span
         closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's
@@ -180,8 +180,7 @@ class GyroscopeExperiment(Movable):
         before, after = self._ends()
         resting = begun = None
         if self.rest.rounding.any():
-            resting = one.at_rest(self.holds)
-            begun = one.begun(self.holds) * np.sqrt(one.place)
+            resting, begun = self._rounded.resting, self._rounded.begun * np.sqrt(one.place)
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
             samples=one.samples,

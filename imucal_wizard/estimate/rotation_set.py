@@ -9,36 +9,20 @@ import numpy as np
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.statistics import lengths
 from imucal_wizard.estimate.noise import Rest, has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step, unseen_rounding
+from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
+from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rounding import LEAVING, integrated_rounding
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
 
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
-
-LEVELS = ((2.0, 6.0, 0.9), (4.0, 12.0, 1.25))
-"""Two distances from the rests, in steps, and how many times the time between them an axis begins
-to move before the first. As long as it rests, an error by rounding is that of the rests. A twentieth
-of a step is enough to make it another one; whether the reading has changed by then depends on the
-place of the rests in their step, so the beginning follows from what comes later.
-
-The factors are those of simulated motions. A rate that grows with the n-th power of time x = (t/c)ⁿ,
-in steps, has the mean error of the rests for ``c Γ(1+1/n) cos(π/2n) Σ (6/π²k²) (2πk)^(−1/n)`` on
-average over all places: 0.20 c, 0.36 c and 0.47 c for n = 2, 3 and 4."""
-BEGINNING = 0.28
-"""Error of the sum of the readings after the beginning that is even in the place of the rests in
-their step, and has the sense of the motion: standard deviation over that of the place and the time
-between two ``LEVELS``. By the same series with sin(π/2n) for n = 3."""
-ON_STEP = 0.75
-"""Steps between the mean of the rests and a reading on their step; between two steps, on both."""
 
 MIN_RESTS_FOR_A_COURSE = 5
 """Holds at rest from which on the bias is taken to follow a straight line over time."""
@@ -82,82 +66,9 @@ class RotationSet:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
 
-    def at_rest(self, holds: Sequence[Hold]) -> BoolArray:
-        """Samples at either end of a rotation whose errors by rounding are those of the holds.
-
-        Of an axis that never leaves the step of the rests, all of them.
-
-        Returns:
-            Of each axis, shape (n, 3).
-        """
-        away, out = self._away(holds), self._before_and_after(holds)
-        for part in self._parts:
-            out[part, (np.abs(away[part]) < ON_STEP).all(axis=0)] = True
-        return out
-
-    def _before_and_after(self, holds: Sequence[Hold]) -> BoolArray:
-        """Samples before and after the motion about each axis, shape (n, 3)."""
-        away, out = self._away(holds), np.zeros((len(self.samples.time), 3), bool)
-        for part in self._parts:
-            own, place = away[part], 0.5 + np.arange(part.stop - part.start)[:, None]
-            out[part] = place < _begun(own)[0]
-            out[part] |= place[::-1] < _begun(own[::-1])[0]
-        return out
-
-    def begun(self, holds: Sequence[Hold]) -> FloatArray:
-        """Errors by rounding while an axis begins to move, by the place of the rests in their step.
-
-        See ``BEGINNING``.
-
-        Returns:
-            One standard deviation, over that of the place itself, shape (n, 3).
-        """
-        away, out = self._away(holds), np.zeros((len(self.samples.time), 3))
-        for part in self._parts:
-            for own, into in ((away[part], out[part]), (away[part][::-1], out[part][::-1])):
-                begun, pace, way = _begun(own)
-                for axis in np.flatnonzero(pace):
-                    first = int(max(begun[axis], 0.0))
-                    past = int(np.ceil(begun[axis] + 2.0 * pace[axis]))
-                    into[first:past, axis] += way[axis] * BEGINNING * pace[axis] / (past - first)
-        return out
-
-    def _away(self, holds: Sequence[Hold]) -> FloatArray:
-        """How many steps each reading is from the mean at rest, shape (n, 3)."""
-        resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
-        stepped = self.step > 0.0
-        off = np.where(stepped, self.samples.reading - resting, 0.0)
-        return np.asarray(off / np.where(stepped, self.step, 1.0))
-
-    @property
-    def _parts(self) -> list[slice]:
-        """The samples of each rotation."""
-        return [slice(*pair) for pair in itertools.pairwise(self.samples.offsets.tolist())]
-
-    def rounding_in_motion(self, holds: Sequence[Hold]) -> FloatArray:
-        """Variance of the integral of each by steps that the noise at rest does not show.
-
-        Args:
-            holds: still periods.
-
-        Returns:
-            Of each axis, (reading × s)², shape (m, 3).
-        """
-        out, unseen = np.zeros((len(self.usable), 3)), unseen_rounding(holds, self.step)
-        if not unseen.any():
-            return out
-        samples, moving = self.samples, ~self._before_and_after(holds)
-        away = np.abs(self._away(holds))
-        for place, part in enumerate(self._parts):
-            interval = median(np.diff(samples.time[part]))
-            for axis in range(3):
-                own, step = samples.reading[part, axis][moving[part, axis]], self.step[[axis]]
-                whole = float(integrated_rounding(own[:, None], step)[0])
-                if (away[part, axis] < ON_STEP).all():
-                    whole *= LEAVING  # the rest of it is the error of the holds
-                whole -= len(own) * (float(step[0]) ** 2 / 12.0 - unseen[axis])
-                out[place, axis] = max(whole, 0.0) * interval**2
-        return np.where(unseen != 0.0, out, 0.0)
+    def rounding_in_motion(self, holds: Sequence[Hold]) -> RoundingInMotion:
+        """What the steps of the readings do to each rotation between these still periods."""
+        return rounding_in_motion(self.samples, self.step, holds)
 
     def turned_inside(
         self, holds: Sequence[Hold], rest: Rest, start: Parameters
@@ -232,35 +143,6 @@ class RotationSet:
             after=np.concatenate([self.after, after]),
             up=None,
         )
-
-
-def _begun(away: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """When each axis begins to move.
-
-    Args:
-        away: how many steps each reading of a rotation is from the mean of the rests, shape (n, 3).
-
-    Returns:
-        The sample at which it begins, the samples from one of ``LEVELS`` to the other, 0 where it
-        does not reach them in the first half of the rotation, and the direction, shape (3,) each.
-    """
-    size, axes = np.abs(away[: (len(away) + 1) // 2]), np.arange(3)
-    still = float(np.logical_and.accumulate((size < 1.0).all(axis=1)).sum())
-    begun, pace, way = np.full(3, still), np.zeros(3), np.zeros(3)
-    for near, far, before in LEVELS:
-        reached = size > far - 0.5
-        moved = reached.any(axis=0)
-        if not moved.any():
-            continue
-        first, last = np.argmax(size > near - 0.5, axis=0), np.argmax(reached, axis=0)
-        fastest = moved & (last == last[moved].min())
-        begun = np.where(moved, first - before * (last - first), begun)
-        pace = np.where(moved, np.maximum(last - first, 0.5), pace)
-        way = np.where(moved, np.sign(away[last, axes]), way)
-        # the others move less, and so the fastest one is well on its way when they begin to
-        start = first[fastest].min()
-        begun = np.where(pace > 0.0, np.clip(begun, begun[fastest].min(), start), start)
-    return begun, pace, way
 
 
 def carried_inside(up: FloatArray, vector: FloatArray) -> FloatArray:

@@ -182,7 +182,8 @@ class ClosureRows(Rows):
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
 
-        By one standard deviation of each. Rounding shifts the samples as long as they are on the step of the rests.
+        By one standard deviation of each. Rounding shifts the samples as long as the device rests,
+        and by another error that the rotations share while it begins to move.
         """
         source = self._source
         carried = carry(self.ends, source.before)
