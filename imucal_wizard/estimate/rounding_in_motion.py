@@ -17,7 +17,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.rounded import unseen_rounding
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.measurement.rounding import LEAVING, integrated_rounding
+from imucal_wizard.measurement.rounding import integrated_rounding
 
 LEVELS = ((2.0, 6.0, 0.9), (4.0, 12.0, 1.25))
 """Two distances from the rests, in steps, and how many times the time between them an axis begins
@@ -25,7 +25,8 @@ to move before the first. A twentieth of a step is enough to make an error anoth
 the rests. Whether the reading has changed by then depends on the place of the rests in their step;
 so the beginning follows from what comes later.
 
-The factors are those of simulated motions. With a rate of (t/c)ⁿ steps, the error is that of the
+The factors are those of simulated motions (``benchmarks.gyroscope_bound``) and lie between those of
+n = 2 and n = 3: with a rate of (t/c)ⁿ steps, the error is that of the
 rests for ``c Γ(1+1/n) cos(π/2n) Σ (6/π²k²) (2πk)^(−1/n)`` on average over all places: 0.20 c for
 n = 2, 0.36 c for n = 3, 0.47 c for n = 4."""
 BEGINNING = 0.28
@@ -84,13 +85,11 @@ def rounding_in_motion(
                 since = int(max(start[axis], 0.0))
                 until = int(np.ceil(start[axis] + 2.0 * pace[axis]))
                 error[since:until, axis] += BEGINNING * way[axis] * pace[axis] / (until - since)
-        stays = (np.abs(own) < ON_STEP).all(axis=0)
+        stays = np.asarray((np.abs(own) < ON_STEP).all(axis=0))
         interval = median(np.diff(samples.time[first:past]))
         for axis in np.flatnonzero(unseen):
             moving = reading[~still[:, axis], axis]
             whole = float(integrated_rounding(moving[:, None], step[[axis]])[0])
-            if stays[axis]:
-                whole *= LEAVING  # the rest of it is the error of the holds
             whole -= len(moving) * (step[axis] ** 2 / 12.0 - unseen[axis])
             variance[place, axis] = max(whole, 0.0) * interval**2
         still[:, stays] = True
