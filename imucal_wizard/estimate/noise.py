@@ -26,6 +26,8 @@ EQUAL_P = 0.05
 """Probability of variances that differ as much by chance, above which they are taken as equal."""
 SWAYED_P = 0.01
 """Probability by chance, in any hold, of as much noise across gravity as in one that swayed."""
+NO_NOISE = 1e-12
+"""Noise of an axis over that of the noisiest one, as variances, which no sensor has."""
 EXACT = 1e6
 """Degrees of freedom of a variance that is known."""
 SHRINKING_ROUNDS = 30
@@ -315,6 +317,8 @@ def rest_of(holds: Sequence[Hold], matrix: FloatArray) -> Rest:
     """
     density = rate_noise(holds)
     density = np.zeros(3) if density is None else density
+    # where most holds read one step, what is left is the rounding of double numbers
+    density = np.where(density < NO_NOISE * density.max(), 0.0, density)
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
     seconds = np.array([hold.end - hold.start for hold in holds])
