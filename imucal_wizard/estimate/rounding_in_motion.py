@@ -26,8 +26,8 @@ the rests. Whether the reading has changed by then depends on the place of the r
 so the beginning follows from what comes later.
 
 The factors are those of simulated motions (``benchmarks.gyroscope_bound``) and lie between those of
-n = 2 and n = 3: with a rate of (t/c)ⁿ steps, the error is that of the
-rests for ``c Γ(1+1/n) cos(π/2n) Σ (6/π²k²) (2πk)^(−1/n)`` on average over all places: 0.20 c for
+n = 2 and n = 3. With a rate of (t/c)ⁿ steps the error is that of the rests
+for ``c Γ(1+1/n) cos(π/2n) Σ (6/π²k²) (2πk)^(−1/n)`` on average over all places: 0.20 c for
 n = 2, 0.36 c for n = 3, 0.47 c for n = 4."""
 BEGINNING = 0.28
 """A beginning's integrated error that is even in the place of the rests and has the sense of the
