@@ -112,9 +112,10 @@ DEVICES = (
     Device("18 poses, 12 turns, flicker 5 °/h", EIGHTEEN, 12, 150, 1.0, flicker=0.0015),
     Device("26 poses, 12 turns, flicker 20 °/h", TWENTY_SIX, 12, 150, 1.0, flicker=0.006),
     Device("18 poses, flicker 20 °/h, 2 min rest", EIGHTEEN, 12, 150, 1.0, flicker=0.006, rest=120),
-    Device("18 poses, 12 turns, steps of 0.075 °/s", EIGHTEEN, 12, 150, 1.0, step=0.075),
-    Device("18 poses, 12 turns, steps of 0.12 °/s", EIGHTEEN, 12, 150, 1.0, step=0.12),
-    Device("18 poses, 12 turns, steps of 0.5 °/s", EIGHTEEN, 12, 150, 1.0, step=0.5),
+    *(
+        Device(f"18 poses, 12 turns, steps of {step:g} °/s", EIGHTEEN, 12, 150, 1.0, step=step)
+        for step in (0.03, 0.075, 0.12, 0.24, 0.5, 1.2)
+    ),
     Device("6 directions, each 5 times, 1 mg", np.tile(SIX, (5, 1)), 0, 150, 1.0, drawn=True),
     Device("8 directions, each 4 times, 1 mg", np.tile(_EIGHT, (4, 1)), 0, 150, 1.0, drawn=True),
 )

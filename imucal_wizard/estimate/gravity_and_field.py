@@ -332,7 +332,8 @@ def _heading_rows(
     origin = first_time(known.holds, readings)
     span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
     walk = (float(rest.per_second.mean()) + known.lost) * (span[:, 1] - span[:, 0])
-    rounded = (turned.rounding_in_motion(known.holds) @ (start.matrix**2).T).mean(axis=1)
+    rounded = turned.rounding_in_motion(known.holds).variance
+    rounded = (rounded @ (start.matrix**2).T).mean(axis=1)
     noise = rest.end[before] + rest.end[after] + walk + rounded
     noise = np.maximum(noise, MIN_CLOSING_NOISE**2)
     # each rotation is closed against gravity, too, and is left out as a whole

@@ -117,7 +117,7 @@ class GyroscopeExperiment(Movable):
         self.samples, self.recorded = rotations.between_means(holds, self.noise_at_rest.carried)
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
-        self.rounded = (rotations.rounding_in_motion(holds) @ (start.matrix**2).T).mean(axis=1)
+        self._rounded = rotations.rounding_in_motion(holds)
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
@@ -159,12 +159,14 @@ class GyroscopeExperiment(Movable):
     def _noise(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,).
 
-        The closures with the rate noise of the quietest axis; that of each axis follows, (3,).
+        The closures with the rate noise of the quietest axis; that of each axis follows, (m, 3).
         """
         rest, one = self.noise_at_rest, self.rotations
         first, last = one.spans.T
-        walk = (float(rest.per_second.min()) + self.lost) * (last - first)
-        closing = rest.end[one.before] + rest.end[one.after] + walk + self.rounded
+        span = last - first
+        walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
+        walked = (walk.min(axis=1) + self.lost) * span
+        closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's
         coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2
         mostly = np.isfinite(coarse) @ gains.T > 0.5 * gains.sum(axis=1)
@@ -172,13 +174,20 @@ class GyroscopeExperiment(Movable):
         return (
             np.maximum(resting, MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
-            rest.per_second,
+            walk,
         )
 
     def _closures(
         self, known: Circumstances, noise: FloatArray, walk: FloatArray
     ) -> GravityClosure:
         one, reference = self.rotations, self.of
+        resting = begun = None
+        if self.rest.rounding.any():
+            # what stands for the samples of a hold errs like the holds
+            resting = np.ones((len(self.recorded), 3), bool)
+            resting[self.recorded] = self._rounded.resting
+            begun = np.zeros(resting.shape)
+            begun[self.recorded] = self._rounded.begun * np.sqrt(one.place)
         count, span, origin = len(one.usable), one.spans, first_time(self.holds, self.readings)
         return GravityClosure(
             samples=self.samples,
@@ -191,7 +200,8 @@ class GyroscopeExperiment(Movable):
             motion=motion_of(known, one.before, self.samples, self._start, origin, self.readings),
             gravity=self.gravity,
             rounding=self.rest.rounding,
-            resting=one.at_rest(self.holds, self.samples) if self.rest.rounding.any() else None,
+            resting=resting,
+            begun=begun,
             holds=np.column_stack([one.before, one.after]),
             tilts=self._tilts(),
             walk=walk,

@@ -27,6 +27,8 @@ EQUAL_P = 0.05
 """Probability of variances that differ as much by chance, above which they are taken as equal."""
 SWAYED_P = 0.01
 """Probability by chance, in any hold, of as much noise across gravity as in one that swayed."""
+NO_NOISE = 1e-12
+"""Noise of an axis over that of the noisiest one, as variances, which no sensor has."""
 SHRINKING_ROUNDS = 30
 SHRUNK_TO = 1e-4
 """Change of the variance beyond chance, relative, that no longer matters."""
@@ -325,6 +327,8 @@ def rest_of(
     """
     density, seconds = rate_noise(holds), np.array([hold.end - hold.start for hold in holds])
     density = np.zeros(3) if density is None else density
+    # where most holds read one step, what is left is the rounding of double numbers
+    density = np.where(density < NO_NOISE * density.max(), 0.0, density)
     tilt = np.full(len(holds), np.inf)
     if bias is not None and reference is not None:
         tilt = _tilt(holds, matrix, bias, reference)

@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_shift, rate_step, unseen_rounding
+from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
+from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rounding import integrated_rounding
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -42,6 +42,8 @@ class RotationSet:
         rounding: variance by which the steps of the readings shift the mean rate of all holds
             alike, reading units², shape (3,).
         step: of the readings on each axis, their unit, shape (3,); 0 where they never change.
+        place: variance of the error by the place of the rests in their step, if that is not known,
+            reading units², shape (3,).
     """
 
     samples: RotationSamples
@@ -51,6 +53,7 @@ class RotationSet:
     up: FloatArray | None
     rounding: FloatArray
     step: FloatArray
+    place: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def spans(self) -> FloatArray:
@@ -62,37 +65,9 @@ class RotationSet:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""
         return np.asarray((self.samples.reading - calibration.bias) @ calibration.matrix.T)
 
-    def at_rest(self, holds: Sequence[Hold], samples: RotationSamples | None = None) -> BoolArray:
-        """Samples at either end of a rotation that still show what the holds show, shape (n,)."""
-        samples = samples or self.samples
-        resting = np.array([hold.gyroscope for hold in holds if has_rate(hold)]).mean(axis=0)
-        near = (np.abs(samples.reading - resting) < self.step).all(axis=1)
-        out = np.zeros(len(near), bool)
-        for first, past in itertools.pairwise(samples.offsets.tolist()):
-            own = near[first:past]
-            ahead, behind = np.logical_and.accumulate(own), np.logical_and.accumulate(own[::-1])
-            out[first:past] = ahead | behind[::-1]
-        return out
-
-    def rounding_in_motion(self, holds: Sequence[Hold]) -> FloatArray:
-        """Variance of the integral of each by steps that the noise at rest does not show.
-
-        Args:
-            holds: still periods.
-
-        Returns:
-            Of each axis, (reading × s)², shape (m, 3).
-        """
-        out, unseen = np.zeros((len(self.usable), 3)), unseen_rounding(holds, self.step)
-        if not unseen.any():
-            return out
-        samples, moving = self.samples, ~self.at_rest(holds)
-        for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
-            own = samples.reading[first:past][moving[first:past]]
-            whole = integrated_rounding(own, self.step)
-            whole = whole - len(own) * (self.step**2 / 12.0 - unseen)
-            out[place] = np.maximum(whole, 0.0) * median(np.diff(samples.time[first:past])) ** 2
-        return np.where(unseen != 0.0, out, 0.0)
+    def rounding_in_motion(self, holds: Sequence[Hold]) -> RoundingInMotion:
+        """What the steps of the readings do to each rotation between these still periods."""
+        return rounding_in_motion(self.samples, self.step, holds)
 
     def between_means(
         self, holds: Sequence[Hold], turning: BoolArray
@@ -253,4 +228,5 @@ def rotation_set(
         length = lengths(force)[:, None]
         up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
     step, ends = rate_step(turned), (table[:, 1], table[:, 2])
-    return RotationSet(samples, table[:, 0], *ends, up, rate_shift(holds, step), step)
+    shift, place = rate_shift(holds, step), rate_place(holds, step)
+    return RotationSet(samples, table[:, 0], *ends, up, shift, step, place)

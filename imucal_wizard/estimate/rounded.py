@@ -72,6 +72,11 @@ def rate_shift(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     return noise_at_one_place(_rates_at_rest(holds), step)[1]
 
 
+def rate_place(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """The same if the rests could lie at any place between two steps."""
+    return rounding_variance(noise_at_one_place(_rates_at_rest(holds), step)[0], step)
+
+
 def rate_step(rotations: Sequence[Rotation]) -> FloatArray:
     """The step of a gyroscope's readings on each axis in rotations, at least one, shape (3,)."""
     return resolution_of(np.concatenate([rotation.rate for rotation in rotations]))

@@ -23,6 +23,12 @@ FINE_RATIO = 1e6
 """σ²/q² above which steps do not matter."""
 NO_ROUNDING = 1.0
 """σ²/q² from which on the first term, exp(−4π²), is below the rounding of double numbers."""
+TURNED = 0.4
+"""Variance of the mean error of a run that turns back inside a step, over q²/12: 1/3 for parabolas
+of all heights by the square of their lengths, more where noise shortens the runs."""
+LEAVING = 0.3
+"""The same of a run that begins at rest and ends at the edge of the step, beyond the shift that it
+shares with the rests."""
 FOURIER_TERMS = np.arange(1, 200)
 SHARED_TERMS = 10
 """Terms of the series of what averages share; those left out have less than a tenth of it."""
@@ -184,9 +190,9 @@ def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
     """Variance by rounding of the sum of readings that move, reading², shape (axes,).
 
     Readings stay on a step for a run of n samples. If the motion passes the step, the errors of the
-    run add up to that of one sample, q²/12. If it turns back inside the step, it may have stood
-    anywhere in it all the time: n² q²/12, at most three times what a smooth turn leaves. The first
-    and the last run count as such.
+    run add up to that of one sample, q²/12. Those of n samples that stand still add up to n² q²/12,
+    those of a run that turns back inside the step to a part of it (``TURNED``), and so do those of
+    the first and of the last run (``LEAVING``).
 
     Args:
         reading: samples that follow one another, shape (n, axes).
@@ -197,9 +203,9 @@ def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
         change = np.diff(reading[:, axis])
         ends = np.flatnonzero(np.abs(change) > 0.5 * step[axis])
         length = np.diff(np.concatenate([[-1], ends, [len(reading) - 1]]))
-        way, passed = np.sign(change[ends]), np.zeros(len(length), bool)
-        passed[1:-1] = way[1:] == way[:-1]
-        out[axis] = np.where(passed, 1, length**2).sum()
+        way, size = np.sign(change[ends]), np.full(len(length), LEAVING) * length**2
+        size[1:-1] = np.where(way[1:] == way[:-1], 1.0, TURNED * length[1:-1] ** 2)
+        out[axis] = size.sum() if len(ends) else float(length[0]) ** 2
     return np.asarray(out * step**2 / 12.0)
 
 

@@ -193,7 +193,7 @@ def test_a_rate_bias_that_rotations_tell_is_as_certain_as_stated() -> None:
         for axis, true in zip("xyz", SensorModel.drawn(seed).gyroscope.bias, strict=True):
             one = known[f"bias_{axis}"]
             off.append(abs(one.value - true) / (one.standard_error or 0.0))
-    # slow parts of a motion do not average rounding out either, which the model leaves out
+    # 36 parameters; how the shift wanes as a motion begins is known for usual motions only
     assert np.mean(np.array(off) < 1.96) > 0.8
 
 
@@ -243,7 +243,7 @@ def test_the_sum_of_rounded_readings_errs_as_their_runs_say(motion: str) -> None
 
 
 def test_a_slow_turn_errs_less_than_its_runs_say_but_not_by_much() -> None:
-    """Smooth random rates of two steps rms: a variance that is too large by five at most."""
+    """Smooth random rates of two steps rms: a variance that is too large by three at most."""
     rng, window = np.random.default_rng(22), np.hanning(60)
     error: list[float] = []
     said: list[float] = []
@@ -253,7 +253,7 @@ def test_a_slow_turn_errs_less_than_its_runs_say_but_not_by_much() -> None:
         rounded = np.round(rate)
         error.append(float((rounded - rate).sum()))
         said.append(float(integrated_rounding(rounded[:, None], np.ones(1))[0]))
-    assert 0.2 < np.mean(np.square(error)) / np.mean(said) < 1.0
+    assert 1.0 / 3.0 < np.mean(np.square(error)) / np.mean(said) < 1.0
 
 
 def test_a_device_without_a_gyroscope_counts_rounding_live_too() -> None:

@@ -182,7 +182,8 @@ class ClosureRows(Rows):
     def shared_columns(self) -> FloatArray:
         """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
 
-        By one standard deviation of each. Rounding shifts the samples as long as the device rests.
+        By one standard deviation of each. Rounding shifts the samples as long as the device rests,
+        and by another error that the rotations share while it begins to move.
         """
         source = self._source
         carried = carry(self.ends, source.before)
@@ -193,11 +194,13 @@ class ClosureRows(Rows):
         change = change - error_slope(source.after, carried, source.after_doubt)
         if source.resting is None:
             return source.rows_of(change)
-        at_rest = self.weights * source.resting[:, None]
-        turned = np.add.reduceat(at_rest, source.samples.offsets[:-1], axis=1)
-        moved = -self._calibration.matrix * np.sqrt(source.rounding)
-        shifts = self._closed(np.einsum("imj,jk->mik", turned, moved[:, source.rounding > 0.0]))
-        return np.concatenate([source.rows_of(change), shifts], axis=1)
+        parts, shifted = [source.rows_of(change)], source.rounding > 0.0
+        for error in (np.sqrt(source.rounding) * source.resting, source.begun):
+            if error is not None:
+                rates = -(self.weights @ self._calibration.matrix) * error
+                turned = np.add.reduceat(rates, source.samples.offsets[:-1], axis=1)
+                parts.append(self._closed(np.moveaxis(turned, 1, 0)[:, :, shifted]))
+        return np.concatenate(parts, axis=1)
 
     def loading(self) -> Loading | None:
         """See ``Rows``: each rotation shares the direction errors of both its holds.
@@ -230,8 +233,10 @@ class ClosureRows(Rows):
     def _uneven(self) -> FloatArray:
         """A root of the covariance of each rotation's rows by what axes have over the quietest."""
         source, samples = self._source, self._source.samples
+        walk = np.broadcast_to(source.walk, (len(source.before), 3))
+        uneven = np.sqrt(walk - walk.min(axis=1)[:, None])
         steps = self._means.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
-        steps = steps * np.sqrt(source.walk - source.walk.min())[:, None]
+        steps = steps * np.repeat(uneven, np.diff(samples.step_offsets), axis=0).T
         products = np.einsum("ias,jas->ijs", steps, steps).reshape(9, -1)
         whole = np.add.reduceat(products, samples.step_offsets[:-1], axis=1).T.reshape(-1, 3, 3)
         values, vectors = np.linalg.eigh(whole)
@@ -322,9 +327,12 @@ class GravityClosure(RowSource):
         gravity: m/s².
         labels: see ``RowSource``.
         rounding: variance by which rounding shifts the readings at rest, reading units², (3,).
-        resting: which samples are still at rest, shape (n,); None where rounding is no matter.
-        walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,); ``noise`` has
-            that of the quietest.
+        resting: samples of each axis that rounding still shifts like the holds, shape (n, 3); None
+            where rounding is no matter.
+        begun: error by rounding of each sample while an axis begins to move, one standard deviation
+            of what the rotations share, reading units, shape (n, 3).
+        walk: variance × time of the corrected rate of each axis, rad²/s, shape (3,), or of each
+            rotation, (m, 3); ``noise`` has that of the quietest.
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
@@ -342,6 +350,7 @@ class GravityClosure(RowSource):
     labels: RowLabels
     rounding: FloatArray = field(default_factory=lambda: np.zeros(3))
     resting: BoolArray | None = None
+    begun: FloatArray | None = None
     walk: FloatArray = field(default_factory=lambda: np.zeros(3))
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
@@ -403,7 +412,9 @@ class GravityClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        return (*reference_names(self.before_doubt), *rounding_names(self.rounding))
+        names = reference_names(self.before_doubt), rounding_names(self.rounding)
+        begun = () if self.begun is None else rounding_names(self.rounding, "rounding_in_motion")
+        return (*names[0], *names[1], *begun)
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above

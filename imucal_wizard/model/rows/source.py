@@ -341,6 +341,6 @@ def slow_names(loading: FloatArray) -> tuple[str, ...]:
     return tuple(f"slow_{k}" for k in range(loading.shape[1]))
 
 
-def rounding_names(variance: FloatArray) -> tuple[str, ...]:
+def rounding_names(variance: FloatArray, kind: str = "rounding") -> tuple[str, ...]:
     """Names of the shared parameters of rounding: the axes whose readings at rest it shifts."""
-    return tuple(f"rounding_{'xyz'[axis]}" for axis in np.flatnonzero(variance))
+    return tuple(f"{kind}_{'xyz'[axis]}" for axis in np.flatnonzero(variance))

@@ -1,0 +1,70 @@
+"""What coarse steps do to the integrals of rotations, against motions that are truly rounded."""
+
+import numpy as np
+import pytest
+
+from imucal_wizard.core.attitude import rotation_samples
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.rounding_in_motion import rounding_in_motion
+from tests.estimate.truth import hold, turn
+
+INTERVAL = 0.02
+ROTATIONS = 20
+
+
+def _motion(step: float, rng: np.random.Generator) -> FloatArray:
+    """Rates in steps, from rest to rest: 90° about one axis and a little about the others."""
+    wobble = 0.05 * rng.standard_normal(3)
+    vector = rng.choice([-1.6, 1.6]) * np.eye(3)[0]
+    motion = turn(np.eye(3)[2], vector, seconds=rng.uniform(1.2, 2.5), wobble=wobble, rate=50.0)
+    return np.degrees(motion.rate) / step
+
+
+def _sessions(step: float, sessions: int) -> list[tuple[FloatArray, ...]]:
+    """Error of each rotation's integral, what it shares with the rests, its beginning, variance."""
+    rng, found = np.random.default_rng(31), []
+    for _ in range(sessions):
+        place, rates = rng.uniform(-0.5, 0.5, 3), [_motion(step, rng) for _ in range(ROTATIONS)]
+        rounded = [np.round(rate + place) for rate in rates]
+        times = [INTERVAL * np.arange(len(rate)) for rate in rates]
+        rests = [hold(np.ones(3), 0.0, gyroscope=np.zeros(3))]
+        said = rounding_in_motion(rotation_samples(times, rounded), np.ones(3), rests)
+        offsets = np.cumsum([0, *map(len, rates)])[:-1]
+        error = np.array([(a - b - place).sum(axis=0) for a, b in zip(rounded, rates, strict=True)])
+        resting = np.add.reduceat(said.resting.astype(float), offsets)
+        begun = np.add.reduceat(said.begun, offsets)
+        found.append((error, -place * resting, begun, said.variance / INTERVAL**2))
+    return found
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0])
+def test_a_rotation_has_the_error_of_the_rests_for_as_long_as_it_is_said_to_rest(
+    step: float,
+) -> None:
+    """By the slope of the errors of 2,000 rotations over what they are said to share; to 15 %."""
+    found = _sessions(step, 100)
+    error, shared = (np.concatenate([one[k] for one in found]) for k in (0, 1))
+    slope = float((error * shared).sum() / (shared**2).sum())
+    assert slope == pytest.approx(1.0, abs=0.15)
+
+
+@pytest.mark.parametrize("step", [0.25, 0.5, 1.0])
+def test_the_fastest_axis_errs_in_the_sense_of_its_rotations_as_said(step: float) -> None:
+    """The sum over a session, which a scale has; its variance to a factor of two."""
+    left, said = [], []
+    for error, shared, begun, variance in _sessions(step, 100):
+        sense = np.where(begun[:, 0] < 0.0, -1.0, 1.0)
+        left.append(((error - shared)[:, 0] * sense).sum())
+        said.append(variance[:, 0].sum() + np.abs(begun[:, 0]).sum() ** 2 / 12.0)
+    assert 0.5 < np.mean(np.square(left)) / np.mean(said) < 1.6
+
+
+def test_steps_that_the_noise_carries_the_readings_over_are_none() -> None:
+    """Rounding is noise at rest and in motion alike then."""
+    rng = np.random.default_rng(32)
+    rate = _motion(1.0, rng)
+    samples = rotation_samples([INTERVAL * np.arange(len(rate))], [np.round(rate)])
+    rests = [hold(np.ones(3), 0.0, gyroscope=np.zeros(3), gyroscope_sigma=0.2)]
+    said = rounding_in_motion(samples, np.ones(3), rests)
+    assert not said.variance.any()
+    assert not said.resting.any()
