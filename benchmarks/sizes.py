@@ -16,8 +16,8 @@ scatter from one session to the next), and the share of tellings whose own 90 % 
 the size found. The last column counts the sessions in which another family was named at any size
 that was tried.
 
-A 95th centile needs many sessions. The upper end of its interval by order statistics is the second
-largest of 60 sizes, and 48 sizes have no upper end. Of an accelerometer's drift on 18 poses, one
+A 95th centile needs many sessions. The upper end of its interval by order statistics is the largest
+of 60 sizes, and 48 sizes have no upper end. Of an accelerometer's drift on 18 poses, one
 session in twenty needs 1.1 times the size told, and one in a hundred 1.7 times: told over found of
 48 of 240 such sessions is 0.73 to 1.09 in nine draws of ten, and 0.89 of all.
 
