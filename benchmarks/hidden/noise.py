@@ -45,6 +45,11 @@ class Colour:
     walk: float = 0.0
     scatter: float = 0.0
 
+    def scaled(self, factor: float) -> "Colour":
+        """The same noise, so many times as large."""
+        sizes = (factor * one for one in (self.density, self.floor, self.walk, self.scatter))
+        return Colour(self.name, *sizes)
+
 
 CONSUMER = Colour("consumer")
 WHITE = Colour("white", density=0.5, floor=0.0)

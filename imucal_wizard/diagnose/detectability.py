@@ -5,6 +5,10 @@ noise that these data allow with the pattern of the effect (see ``noise_draws``)
 where some suspect has p ≤ 0.01, a family is named as ``decide_verdict`` does. What noise makes of a
 suspect is part of the first rule: a drift makes the noise look like a wandering bias, of which
 larger odds are to be expected.
+
+A size told is as uncertain as the noise along the pattern of the effect, to which it is nearly
+proportional: a session with few holds shows the size of its noise, slow noise above all, with few
+degrees of freedom.
 """
 
 from collections.abc import Callable
@@ -26,6 +30,7 @@ from imucal_wizard.diagnose.verdict import (
     MIN_FAMILY_PROBABILITY,
     needed,
 )
+from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
 
@@ -41,6 +46,10 @@ FIRST_ESTIMATE = 5.0
 """At which the search for a misfit that is seen begins, in standard deviations of the estimate."""
 FIRST_EXCESS = 1.15
 """The same for a name, over the least estimate that takes away squares enough."""
+UNCERTAINTY_ENDS = 0.05, 0.95
+"""Of the intervals of sizes: 90 %, as those of the errors held out."""
+SCALE_DEVIATES: FloatArray = np.linspace(-2.5, 2.5, 11)
+"""Standard deviations of a normal variable at which the scale of the noise is taken."""
 
 
 class Detectability:
@@ -110,6 +119,28 @@ class Detectability:
 
         return self._sizes(candidate, margin, NAMED_SHARE, FIRST_EXCESS * float(np.sqrt(squares)))
 
+    def uncertainty(self, candidate: Candidate) -> FloatArray:
+        """Ends of the 90 % interval of the sizes of each parameter, over the sizes, (2, p).
+
+        They are those of the noise along the pattern: of each kind that the data allow, with the
+        χ² that the degrees of freedom of the fit give to its scale.
+        """
+        shares, variances = self._foreseen
+        patterns, shown = self._shown(candidate)
+        freedom = max(float(self._complete.balance.freedom.min()), 1.0)
+        squares = [chi_square(float(one), freedom) for one in SCALE_DEVIATES]
+        weights = np.outer(shares, np.exp(-0.5 * SCALE_DEVIATES**2)).ravel()
+        ends = np.ones((2, len(shown)))
+        for k in np.flatnonzero(shown):
+            variance = 1.0 / ((1.0 / variances) @ patterns[:, k] ** 2)
+            each = np.outer(variance, 1.0 / np.array(squares)).ravel()
+            order = np.argsort(each)
+            below = np.cumsum(weights[order]) / weights.sum()
+            ends[:, k] = np.sqrt(
+                np.interp(UNCERTAINTY_ENDS, below, each[order]) / (shares @ variance)
+            )
+        return ends
+
     def _sizes(
         self,
         candidate: Candidate,
@@ -136,6 +167,11 @@ class Detectability:
 
     @cached_property
     def _draws(self) -> NoiseDraws:
+        return NoiseDraws(self._hypotheses, *self._foreseen)
+
+    @cached_property
+    def _foreseen(self) -> tuple[FloatArray, FloatArray]:
+        """Probability of each kind of noise, (k,), and variance along each coordinate, (k, m)."""
         misfit, frame, found = self._misfit, self._hypotheses.frame, self._complete
         rows = misfit.independent.measured(np.eye(len(misfit)))
         coordinates = frame.across.T @ misfit.whitened(rows)
@@ -143,7 +179,7 @@ class Detectability:
         if noise is None:
             shares, sizes = likely_noise(self._noise)
             noise = shares, sizes[:, None] ** 2 / np.array(frame.each_weights)
-        return NoiseDraws(self._hypotheses, *noise)
+        return noise
 
     @cached_property
     def _complete(self) -> Minimum[Experiment]:

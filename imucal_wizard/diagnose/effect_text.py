@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.core.quantities import plus_minus, size_with_unit, with_unit
+from imucal_wizard.core.quantities import number, plus_minus, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.diagnose.bench import Bench
@@ -20,6 +20,9 @@ from imucal_wizard.model.lesson import (
 
 MAX_NAMED_PARAMETERS = 3
 """Parameters of one effect that a sentence names."""
+MIN_UNCERTAINTY_TOLD = 1.4
+"""Upper end of the 90 % interval of a size over the size, or the size over its lower end, from
+which on the interval is told: below it, two of three sizes are right within 20 %."""
 
 DEPENDS_ON = {
     "force": "gravity",
@@ -120,9 +123,10 @@ def seen_from(one: Suspect) -> str:
     seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
     if not np.isfinite(seen):
         return "these data cannot show it at any size"
-    words = f"seen from {size_with_unit(seen, one.sized.unit)}"
+    unit = one.sized.unit
+    words = f"seen from {_told(seen, one.detectable_interval, unit)}"
     if np.isfinite(named):
-        words += f", named from {size_with_unit(named, one.sized.unit)}"
+        words += f", named from {_told(named, one.nameable_interval, unit)}"
         if one.never_named:
             words += f" but on {', '.join(one.never_named)} at no size"
     else:
@@ -131,6 +135,15 @@ def seen_from(one: Suspect) -> str:
         words += f" (at {one.sized.variant:.0f} s)"
     hard = one.hardly_shown
     return f"{words}; hardly ever on {', '.join(hard)}" if hard else words
+
+
+def _told(size: float, interval: tuple[float, float] | None, unit: str) -> str:
+    """A size, with its interval where that is wide: ``about 0.31 mg (0.22 to 0.52)``."""
+    text = size_with_unit(size, unit)
+    if interval is None or max(size / interval[0], interval[1] / size) < MIN_UNCERTAINTY_TOLD:
+        return text
+    low, high = (number(end, 2) for end in interval)
+    return f"about {text} ({low} to {high})"
 
 
 def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:

@@ -182,6 +182,11 @@ class Suspect:
             return np.zeros(0)
         return np.maximum(self.detectability.named(self.sized), self.detectable)
 
+    @cached_property
+    def uncertainty(self) -> FloatArray:
+        """Ends of the 90 % interval of both sizes of each parameter, over the sizes, (2, p)."""
+        return np.ones((2, 0)) if self.sized is None else self.detectability.uncertainty(self.sized)
+
     @property
     def detectable_on_any_axis(self) -> float:
         """From which size a misfit is seen, whichever parameter it is of; infinite without any."""
@@ -192,17 +197,38 @@ class Suspect:
         """The same from which the family is named."""
         return self._on_any_axis(self.nameable)
 
-    def _on_any_axis(self, sizes: FloatArray) -> float:
-        """The largest of the sizes of the parameters that show at sizes to be expected.
+    @property
+    def detectable_interval(self) -> tuple[float, float] | None:
+        """The 90 % interval of ``detectable_on_any_axis``; None where that is infinite."""
+        return self._interval(self.detectable)
 
-        Of all that show at any size where there are no such parameters.
+    @property
+    def nameable_interval(self) -> tuple[float, float] | None:
+        """The 90 % interval of ``nameable_on_any_axis``; None where that is infinite."""
+        return self._interval(self.nameable)
+
+    def _on_any_axis(self, sizes: FloatArray) -> float:
+        place = self._least_shown(sizes)
+        return np.inf if place is None else float(sizes[place])
+
+    def _interval(self, sizes: FloatArray) -> tuple[float, float] | None:
+        place = self._least_shown(sizes)
+        if place is None:
+            return None
+        low, high = (sizes[place] * self.uncertainty[:, place]).tolist()
+        return low, high
+
+    def _least_shown(self, sizes: FloatArray) -> int | None:
+        """Place of the largest of the sizes of the parameters that show at sizes to be expected.
+
+        Of all that show at any size where there are no such parameters; None where there are none.
         """
         if self.sized is None:
-            return np.inf
+            return None
         shown = np.isfinite(sizes)
         usual = shown & (self.detectable < USUAL_SIZES * self.sized.typical)
         shown = usual if usual.any() else shown
-        return float(sizes[shown].max(initial=0.0)) if shown.any() else np.inf
+        return int(np.argmax(np.where(shown, sizes, -1.0))) if shown.any() else None
 
     @property
     def hardly_shown(self) -> tuple[str, ...]:

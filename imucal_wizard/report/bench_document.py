@@ -165,6 +165,8 @@ def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
         "rms_held_out_after": None if trial is None else finite_or_none(trial.rms_held_out),
         "detectable": finite_or_none(one.detectable_on_any_axis),
         "nameable": finite_or_none(one.nameable_on_any_axis),
+        "detectable_interval": one.detectable_interval,
+        "nameable_interval": one.nameable_interval,
         "detectable_by_parameter": [finite_or_none(value) for value in one.detectable],
         "nameable_by_parameter": [finite_or_none(value) for value in one.nameable],
         "sizes_at": None if one.sized is None else one.sized.variant,

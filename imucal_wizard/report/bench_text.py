@@ -139,7 +139,7 @@ def _would_show(said: Diagnosis, bench: Bench) -> list[str]:
         if one is None or effect.kind != "orientation":
             continue
         if np.isfinite(one.detectable_on_any_axis):
-            return [f"  {effect.name} would have been {seen_from(one)}"]
+            return _wrapped(f"{effect.name} would have been {seen_from(one)}", "  ")
     return []
 
 

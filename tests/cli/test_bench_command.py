@@ -107,6 +107,10 @@ def test_the_document_has_every_key_of_its_contract(plain: tuple[dict[str, Any],
     for suspect in said["suspects"]:
         assert SUSPECT | {"detectable", "nameable", "told_apart", "like"} <= suspect.keys()
         assert suspect["nameable"] is None or suspect["nameable"] >= suspect["detectable"]
+        for what in ("detectable", "nameable"):
+            interval = suspect[f"{what}_interval"]
+            assert (interval is None) == (suspect[what] is None)
+            assert interval is None or interval[0] < suspect[what] < interval[1]
         assert len(suspect["detectable_by_parameter"]) == len(suspect["parameters"])
         assert suspect["seen_from"]
         assert len(suspect["size"]) == len(suspect["standard_error"])

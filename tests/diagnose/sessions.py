@@ -1,6 +1,5 @@
 """Simulated sessions of the study, small and with fixed seeds."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -27,7 +26,6 @@ def session(
     """What the base model leaves of a session, and its hypotheses."""
     rng = np.random.default_rng(seed)
     effects = tuple(parse_hidden(text) for text in hidden)
-    noise = COLOURS[colour]
-    noise = replace(noise, density=louder * noise.density, floor=louder * noise.floor)
+    noise = COLOURS[colour].scaled(louder)
     misfit = left_over(measured_of(record(PLANS[design], noise, effects, rng)))
     return misfit, hypothesis_set(misfit)

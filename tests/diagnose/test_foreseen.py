@@ -17,6 +17,7 @@ from imucal_wizard.diagnose.significance import SEEN_P, Chances
 from imucal_wizard.diagnose.suspects import rank
 from imucal_wizard.diagnose.verdict import judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
+from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.model.effect import ACCELEROMETER, MAGNETOMETER
@@ -78,7 +79,9 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool
             return met(known.frame.across @ (factor * shown + each))
 
         found.append(least_factor(at))
-    return Compared(what, np.ones((RECORDINGS, 1)), np.array(found)).may_be_right
+    return Compared(
+        what, np.ones((RECORDINGS, 1)), np.array(found), np.ones((RECORDINGS, 2, 1))
+    ).may_be_right
 
 
 def usual(term: str, wander: int = 0) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
@@ -121,6 +124,37 @@ def test_a_wander_that_the_noise_may_have_hides_larger_effects() -> None:
     one, calm, _, _ = usual("bias-drift")
     _, far, _, _ = usual("bias-drift", wander=1)
     assert (far.seen(one) > 1.2 * calm.seen(one)).all()
+
+
+@pytest.mark.parametrize(("count", "least"), [(48, 0.0), (60, 1.0)])
+def test_few_sessions_give_a_95th_centile_no_upper_end(count: int, least: float) -> None:
+    """All of 48 sizes lie below it in 9 of 100 studies, and all of 60 in less than 5.
+
+    Otherwise told over found would look certain in a table of few sessions.
+    """
+    told, found = np.full((count, 1), float(count)), np.arange(1.0, count + 1.0)
+    one = Compared(SEEN, told, np.random.default_rng(0).permutation(found), np.ones((count, 2, 1)))
+    ratio, low, high = one.interval
+    assert low == pytest.approx(least)
+    assert low < ratio < high
+
+
+def test_few_holds_leave_the_sizes_uncertain() -> None:
+    """The interval of a size is that of the noise, by the degrees of freedom of its scale.
+
+    Slow noise is less certain than the scale; it hides a drift, and no second order.
+    """
+    for design, freedom in (("18", 9), ("26+12", 29)):
+        misfit, known = session(design=design)
+        sizes = Detectability(misfit, known, known.posterior(misfit.residual), Chances(known))
+        width = {}
+        for term in ("second-order", "bias-drift"):
+            one = next(one for one in misfit.candidates if one.term == term)
+            low, high = sizes.uncertainty(one)
+            width[term] = float(np.median(high / low))
+        by_scale = np.sqrt(chi_square(1.645, freedom) / chi_square(-1.645, freedom))
+        assert width["second-order"] == pytest.approx(by_scale, rel=0.15)
+        assert width["bias-drift"] > width["second-order"]
 
 
 def test_what_an_effect_takes_away_is_expected_over_the_wander_that_the_noise_may_have() -> None:
