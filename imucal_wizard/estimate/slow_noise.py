@@ -544,11 +544,12 @@ def _with_measured_noise(ratio: FloatArray, freedom: int) -> FloatArray:
         ratio: variance of the white part that fits best, over that of measured noise, shape (k,).
         freedom: degrees of freedom of the residuals.
     """
-    known = np.maximum(ratio, np.finfo(float).tiny)
-    larger = known / np.geomspace(1.0, MOST_LACKING, LARGER)[:, None]
-    measured, each = (0.5 * freedom * (np.log(one) + 1.0 - one) for one in (known, larger))
+    ratio = np.maximum(ratio, np.finfo(float).tiny)
+    larger = ratio / np.geomspace(1.0, MOST_LACKING, LARGER)[:, None]
+    measured, each = (0.5 * freedom * (np.log(one) + 1.0 - one) for one in (ratio, larger))
     some = np.logaddexp.reduce(each, axis=0) - math.log(LARGER)
-    return np.logaddexp(math.log(MEASURED_NOISE) + measured, math.log1p(-MEASURED_NOISE) + some)
+    known, any_size = math.log(MEASURED_NOISE), math.log1p(-MEASURED_NOISE)
+    return np.asarray(np.logaddexp(known + measured, any_size + some))
 
 
 def _slow_errors(
