@@ -4,7 +4,7 @@ N's figure 7 is the truth of a simulated sensor (the tests' own simulator, which
 with the fit): the six circles of N's VI-A by hand, the MAG3110's noise at 80 samples a second, its
 0.1 µT counts or ten to fourteen bits over ±1000 µT. ``intervals [runs [seed [rows]]]`` prints the
 first table alone: the share of recordings in which the 95 % interval of each parameter holds the
-truth, of circles, tumbling and 26 still poses, under white noise, noise that differs from one
+truth, of circles, tumbling and 18 to 52 still poses, under white noise, noise that differs from one
 second of five to the next, an offset of each pose (of each five seconds in motion) such as a room
 makes, a field whose strength drifts, and a bias that wanders (its truth is its mean over the
 session); the rms error over the Cramér–Rao bound of all samples with known variances; the share of
@@ -22,7 +22,7 @@ from itertools import product
 
 import numpy as np
 
-from benchmarks.hold_sessions import STEP, wander
+from benchmarks.hold_sessions import DESIGNS, STEP, wander
 from benchmarks.hold_sessions import Noise as Wandering
 from benchmarks.measure import machine
 from imucal_wizard.core.errors import DataError
@@ -58,15 +58,24 @@ NEW = 6
 """New recordings by which an error held out is judged."""
 
 
-def poses(rng: np.random.Generator, seconds: float = 3.0, uneven: bool = False) -> FloatArray:
-    """Unit field in the body's axes in 26 still poses; a hand misses each by a few degrees.
+ALL_POSES = np.array([one for one in product((-1.0, 0.0, 1.0), repeat=3) if any(one)])
+"""26 poses, the field from one side of x to the other: a drift acts like a bias of x."""
+
+
+def poses(
+    rng: np.random.Generator,
+    seconds: float = 3.0,
+    uneven: bool = False,
+    nominal: FloatArray = ALL_POSES,
+) -> FloatArray:
+    """Unit field in the body's axes in still poses; a hand misses each by a few degrees.
 
     Args:
         rng: chance.
         seconds: of each pose.
         uneven: whether a pose takes from one to nine times as long.
+        nominal: the poses in their order, shape (n, 3).
     """
-    nominal = np.array([one for one in product((-1.0, 0.0, 1.0), repeat=3) if any(one)])
     placed = nominal / np.linalg.norm(nominal, axis=1)[:, None]
     placed = placed + np.radians(3.0) * rng.standard_normal(placed.shape)
     placed /= np.linalg.norm(placed, axis=1)[:, None]
@@ -161,6 +170,8 @@ MOTIONS: dict[str, tuple[Make, float, float]] = {
     "six circles at 25 Hz": (sampled(partial(six_circles, seconds=20.0), 25.0), 25.0, 5.0),
     "six circles at 200 Hz": (sampled(partial(six_circles, seconds=20.0), 200.0), 200.0, 5.0),
     "tumbling for 50 s": (partial(tumbling, samples=4000), RATE, 5.0),
+    "18 poses of 3 s": (partial(poses, nominal=DESIGNS["18"]), RATE, 0.0),
+    "26 + 12 poses of 3 s": (partial(poses, nominal=DESIGNS["26 + 12"]), RATE, 0.0),
     "26 poses of 3 s": (poses, RATE, 0.0),
     "26 poses of 3 s twice": (lambda rng: np.concatenate([poses(rng), poses(rng)]), RATE, 0.0),
     "26 poses of 3 to 27 s": (partial(poses, uneven=True), RATE, 0.0),

@@ -18,6 +18,7 @@ from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_noise import (
+    MIN_REPEATS_OF_POSES,
     Fitted,
     SlowErrors,
     long_rest,
@@ -57,8 +58,6 @@ FIRST_NOISE = 1e-5
 """Of gravity; the first fit ends when its steps are small against it."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
-MIN_REPEATS_OF_POSES = 4
-"""Repeats of poses that show how the biases change with time."""
 NEGLIGIBLE_DOUBT = 1e-12
 """Share of the largest variance below which an error of the calibration is rounding."""
 

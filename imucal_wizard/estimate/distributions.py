@@ -6,6 +6,10 @@ functions costs more than a whole fit.
 
 import math
 
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray
+
 EXACT_FREEDOM = 100_000
 """Degrees of freedom of a variance that is known, as that of a certificate or of a theory."""
 
@@ -31,6 +35,25 @@ def two_sided(t: float, freedom: int) -> float:
     if odd:
         inside = 2.0 / math.pi * (theta + inside)
     return min(max(1.0 - inside, 0.0), 1.0)
+
+
+def outside(t: FloatArray, freedom: float) -> FloatArray:
+    """``two_sided`` of an array: Wallace's normal variable and a polynomial (7.1.26).
+
+    Within 2 % of probabilities above 1 % from four degrees of freedom on.
+
+    Args:
+        t: the values, not negative.
+        freedom: degrees of freedom, above 0.
+    """
+    normal = np.sqrt(0.5 * freedom * np.log1p(t**2 / freedom))
+    normal *= (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
+    part = 1.0 / (1.0 + 0.3275911 * normal)
+    terms = 0.254829592, -0.284496736, 1.421413741, -1.453152027, 1.061405429
+    total = np.zeros_like(part)
+    for term in terms[::-1]:
+        total = (total + term) * part
+    return np.asarray(total * np.exp(-(normal**2)))
 
 
 def quantile(level: float, freedom: int) -> float:

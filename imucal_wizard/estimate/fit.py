@@ -127,6 +127,22 @@ class Minimum(Generic[E_co]):
         known[self.sizes.stop :] = [name in slow for name in shared_names(self.experiment)]
         return known
 
+    @cached_property
+    def freedom(self) -> FloatArray:
+        """Degrees of freedom that the model leaves of each kind of row, shape (kinds,).
+
+        Slow noise is part of the errors of the rows and takes none of them.
+        """
+        if not self.slow.any():
+            return self.balance.freedom
+        model = replace(
+            self.system,
+            columns=self.system.columns[:, ~self.slow],
+            value=self.system.value[~self.slow],
+        )
+        precision = self.balance.precision[~self.slow]
+        return solved(model, self.balance.variance, precision).freedom
+
     @property
     def residual(self) -> FloatArray:
         """What is left of each independent row, slow noise included, shape (n,)."""
@@ -166,7 +182,7 @@ class Minimum(Generic[E_co]):
         ``C (Jᵀ W Σ W J + P) C`` with the weights W of the fit and the variances Σ that it leaves.
         The experiment adds slow noise (``Experiment.in_session``).
         """
-        if self.balance.freedom.min() < 1.0:
+        if self.freedom.min() < 1.0:
             return None
         weighted = self.system.columns / self.balance.variance[:, None]
         middle = weighted.T @ (weighted * self.white_variance[:, None])
@@ -281,7 +297,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
-        degrees_of_freedom=max(int(found.balance.freedom.min() + 1e-6), 0),
+        degrees_of_freedom=max(int(found.freedom.min() + 1e-6), 0),
         repeatability=repeats,
         slow_noise_measured=experiment.slow_noise_measured,
         suspects=() if odd is None else (odd.index,),

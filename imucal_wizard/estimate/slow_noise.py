@@ -20,12 +20,14 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded, outside
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
 """Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
+MIN_REPEATS_OF_POSES = 4
+"""Repeats of poses that show how the biases change with time."""
 MIN_LONG_REST = 60.0
 """Seconds from which on a rest shows slow noise: twenty averages as long as a hold."""
 PIECE = 3.0
@@ -36,10 +38,11 @@ ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
 size, and without a measurement the residuals hardly distinguish the two."""
-ALL_WHITE_OF_FIELD = 0.3
+ALL_WHITE_OF_FIELD = 0.6
 """The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
-everywhere and always: circles about one axis after the other take most of a drift for soft iron, so
-that what they leave shows little of it."""
+everywhere and always. No residual shows what its model takes up of slow errors: the value lies
+between 0.3, with which the intervals under white noise are too long, and 0.85, with which those of
+circles under flicker noise are too short."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
 WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
@@ -48,6 +51,11 @@ MOST_LACKING = 1e3
 """Variance of what a model may leave over that by noise: a closure thirty times too large."""
 SMALLEST_CHANCE = 1e-100
 """Of any model, so that its logarithm is a number."""
+MEASURED_NOISE = 0.5
+"""Probability that the white errors of holds are the noise measured within them and no more, where
+that is known: else their size, which nothing measures, is any."""
+LARGER = 60
+"""Sizes of larger ones, up to ``MOST_LACKING``, each 12 % more in variance than the one before."""
 MIN_SLOW_SHARE = 0.3
 """Variance of a combination of holds by slow noise over that by white noise, below which a fit does
 not weigh it: the variance of the parameters is then at most 2.3²/(4 · 1.3) = 1.017 times the least
@@ -57,6 +65,14 @@ MIN_SLOW_PROBABILITY = 0.01
 MIN_LEFT_SHARE = 0.5
 """Share of slow errors, mean square, that the model does not take up, from which on they are
 measured: what it takes up is then no more than what is seen of them."""
+MIN_DETERMINED = 1e-9
+"""Variance of a combination of parameters by white errors, over the largest, that is none."""
+INTERVAL = 0.95
+"""Probability in the intervals that are reported."""
+FARTHEST = 16.0
+"""Standard deviations that hold ``INTERVAL`` with one degree of freedom, and some more."""
+HALVINGS = 20
+"""Of such an interval: it is found to a hundred thousandth of the longest."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -141,6 +157,8 @@ class Fitted:
         strength: by how much each hold moves with the strength of a field that is not the same
             everywhere and always, shape (n,); None where the input is gravity or rest.
         independent: how independent rows come from the holds.
+        own: variance of each independent row by measured noise, shape (n,), which its white errors
+            have at least; None where the white errors may be of any size.
     """
 
     errors: FloatArray
@@ -150,6 +168,7 @@ class Fitted:
     pull: FloatArray
     strength: FloatArray | None = None
     independent: Decorrelation = Decorrelation()
+    own: FloatArray | None = None
 
     @property
     def pull_of_holds(self) -> FloatArray:
@@ -364,6 +383,53 @@ class SlowErrors:
                 total = total + kind.weight @ kind.white * white
         return np.asarray(total, np.float64)
 
+    def covariance_of_intervals(self, fitted: Fitted, freedom: float) -> FloatArray:
+        """Of the parameters of one fit, for intervals that hold 95 % of all probability, (k, k).
+
+        An error that is large but hardly likely makes the mean of the covariances larger than any
+        such interval asks for. In each principal direction of that mean, by the white errors, the
+        interval of all kinds and sizes together has the length that this covariance gives it.
+
+        Args:
+            fitted: the fit, of any weights, of the same holds.
+            freedom: degrees of freedom of its residuals, with which Student's t is used.
+        """
+        white = (fitted.pull * self.variance[0]) @ fitted.pull.T
+        unit = np.sqrt(np.diag(white))
+        unit = np.where(unit > 0.0, unit, 1.0)
+        values, vectors = np.linalg.eigh(white / np.outer(unit, unit))
+        some = values > MIN_DETERMINED * values.max(initial=np.finfo(float).tiny)
+        root = unit[:, None] * vectors[:, some] * np.sqrt(values[some])
+        pull = (vectors[:, some] / unit[:, None] / np.sqrt(values[some])).T @ fitted.pull_of_holds
+        slow = [pull @ kind.slow[0] @ pull.T for kind in self.kinds]
+        sizes = [float(kind.weight @ kind.size[0]) for kind in self.kinds]
+        _, main = np.linalg.eigh(np.einsum("k,kij->ij", sizes, slow))
+        variance = [
+            kind.scale[0][:, None] + np.outer(kind.size[0], ((main.T @ s) * main.T).sum(axis=1))
+            for kind, s in zip(self.kinds, slow, strict=True)
+        ]
+        weight = np.concatenate([kind.weight for kind in self.kinds])
+        length = _reach(weight, np.concatenate(variance), freedom)
+        root = root @ main * (length / _reach(np.ones(1), np.ones((1, 1)), freedom))
+        return np.asarray(root @ root.T)
+
+
+def _reach(weight: FloatArray, variance: FloatArray, freedom: float) -> FloatArray:
+    """How far intervals reach that hold 95 % of a mixture of Student's distributions, shape (r,).
+
+    Args:
+        weight: probability of each of k parts, shape (k,).
+        variance: of each of r variables in each part, shape (k, r).
+        freedom: degrees of freedom of all.
+    """
+    sigma = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
+    low, high = np.zeros(sigma.shape[1]), FARTHEST * sigma.max(axis=0)
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        beyond = weight @ outside(middle / sigma, freedom) > 1.0 - INTERVAL
+        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
+    return np.asarray(0.5 * (low + high))
+
 
 def slow_errors(
     spans: FloatArray,
@@ -379,7 +445,8 @@ def slow_errors(
     also be the strength that drifts, or what differs from place to place, which is no part of the
     bias and counts in full. Their size, and which part is slow, are estimated from the residuals
     by restricted likelihood. No prior knows the size, so that white errors have the intervals of
-    least squares with Student's t.
+    least squares with Student's t; which part is slow is judged by measured noise too, where it is
+    given: residuals that it explains leave little to slow errors.
 
     Args:
         spans: beginning and end of each hold, s, shape (n, 2).
@@ -416,6 +483,9 @@ def slow_errors(
                 one.errors / sigma, mixed / np.outer(sigma, sigma), across
             )
             log += evidence
+            if one.own is not None:
+                least = float(np.mean(one.own / one.variance))
+                log += _with_measured_noise(scale / least, across.shape[1])
             shown.append(left_in)
             sizes.append(size)
             if rest is not None and kernel is not None:
@@ -466,6 +536,25 @@ def _explained(
     log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
     left_in = float(values.sum()) / max(float(np.trace(slow)), np.finfo(float).tiny)
     return log, scale, scale * shown * parts / size, left_in
+
+
+def _with_measured_noise(ratio: FloatArray, freedom: int) -> FloatArray:
+    """How well measured noise explains white errors of each of these sizes, shape (k,).
+
+    White errors are either the measured noise or larger, by any factor alike in its logarithm.
+    With white errors of a fixed size the likelihood has this over what it has with the size that
+    fits best.
+
+    Args:
+        ratio: variance of the white part that fits best, over that of measured noise, shape (k,).
+        freedom: degrees of freedom of the residuals.
+    """
+    ratio = np.maximum(ratio, np.finfo(float).tiny)
+    larger = ratio / np.geomspace(1.0, MOST_LACKING, LARGER)[:, None]
+    measured, each = (0.5 * freedom * (np.log(one) + 1.0 - one) for one in (ratio, larger))
+    some = np.logaddexp.reduce(each, axis=0) - math.log(LARGER)
+    known, any_size = math.log(MEASURED_NOISE), math.log1p(-MEASURED_NOISE)
+    return np.asarray(np.logaddexp(known + measured, any_size + some))
 
 
 def _slow_errors(

@@ -140,7 +140,10 @@ def test_without_a_field_the_determinant_is_one_and_the_matrix_symmetric() -> No
 
 
 def test_a_field_that_drifts_weighs_the_rows_and_is_no_noise_of_the_samples() -> None:
-    """By a tenth of a per cent in a random walk: the floor stays, the interval held out widens."""
+    """By a tenth of a per cent in a random walk: the floor stays, the interval held out widens.
+
+    By 8 % here: no more of what is left is taken as slow than measured noise does not explain.
+    """
     rng = np.random.default_rng(11)
     directions = six_circles(rng, 10.0)
     walk = np.cumsum(rng.standard_normal(len(directions))) / np.sqrt(len(directions))
@@ -153,7 +156,7 @@ def test_a_field_that_drifts_weighs_the_rows_and_is_no_noise_of_the_samples() ->
         still.held_out_interval or (0, 0),
         moved.held_out_interval or (0, 0),
     )
-    assert wide / narrow > 1.1 * high / low
+    assert wide / narrow > 1.05 * high / low
     assert moved.floor == pytest.approx(still.floor, rel=0.05)
     assert np.linalg.det(moved.matrix) == pytest.approx(1.0, abs=1e-8)
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from benchmarks.gyroscope_bound import DEVICES, Session, fitted
 from imucal_wizard.core.readings import FloatArray, Series
@@ -18,6 +19,8 @@ from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.slow_noise import (
     OCTAVES,
     Fitted,
+    SlowErrors,
+    SlowKind,
     about_the_mean,
     averaged,
     in_session,
@@ -104,6 +107,43 @@ def test_slow_errors_weigh_holds_only_where_they_are_likely() -> None:
         found = slow_errors(spans, [fitted], False)
         assert found is not None
         assert (found.loading(Decorrelation()).shape[1] == 0) is few
+
+
+def test_residuals_that_measured_noise_explains_leave_little_to_slow_errors() -> None:
+    """Thirty holds: slow errors are less likely if the white ones have the noise that was measured.
+
+    Noise measured far below what is left says nothing: then either may be what is left.
+    """
+    rng, spans, ones = np.random.default_rng(12), _regular(30), np.ones((30, 1))
+    slow: dict[str, list[float]] = {"unknown": [], "measured": [], "far below": []}
+    for _ in range(40):
+        left = rng.standard_normal(30)
+        left -= left.mean()
+        alike = np.ones((30, 30))
+        fitted = Fitted(left, ones, np.ones(30), alike, ones.T / 30.0, np.ones(30))
+        own = {"unknown": None, "measured": np.ones(30), "far below": np.full(30, 1e-2)}
+        for name, variance in own.items():
+            found = slow_errors(spans, [replace(fitted, own=variance)], False)
+            assert found is not None
+            large = [one.weight[1:][one.size[0, 1:] > 0.3].sum() for one in found.kinds]
+            slow[name].append(float(sum(large)))
+    assert np.mean(slow["measured"]) < 0.6 * np.mean(slow["unknown"])
+    assert np.mean(slow["far below"]) > np.mean(slow["unknown"])
+
+
+def test_intervals_hold_their_share_of_all_kinds_and_sizes_of_errors() -> None:
+    """Two parameters: nothing but white errors, and one large kind with a probability of 4 %."""
+    pull = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.5, 0.0, 0.0]])
+    fitted = Fitted(np.zeros(4), np.zeros((4, 0)), np.ones(4), np.eye(4), pull)
+    slow = np.diag([0.0, 1.0, 1.0, 1.0])[None]
+    sizes = np.array([0.96, 0.04]), np.ones((1, 2)), np.array([[0.0, 24.0]])
+    kind = SlowKind(*sizes, slow, slow[0], np.ones(2), 1.0, True)
+    found = SlowErrors((kind,), (np.ones(4),)).covariance_of_intervals(fitted, 9.0)
+    reach, other = stats.t.isf(0.025, 9) * np.sqrt(np.diag(found))
+    assert reach == pytest.approx(stats.t.isf(0.025, 9), rel=1e-3)
+    beyond = 0.96 * stats.t.sf(other / 0.5, 9) + 0.04 * stats.t.sf(other / 2.5, 9)
+    assert 2.0 * beyond == pytest.approx(0.05, rel=0.02)
+    assert found[0, 1] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_the_errors_of_holds_are_the_same_whatever_a_second_fit_weighs_them_by() -> None:

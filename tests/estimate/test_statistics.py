@@ -10,7 +10,7 @@ from scipy import special, stats
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.estimate.distributions import exceeded, quantile, two_sided
+from imucal_wizard.estimate.distributions import exceeded, outside, quantile, two_sided
 from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise, rest_of
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.estimate.rotation_set import RotationSet
@@ -31,6 +31,13 @@ def test_students_t_is_scipys(freedom: int) -> None:
     """Tail probabilities to 1e-13 and quantiles to 1e-9, odd and even degrees of freedom."""
     for t in (0.0, 0.1, -1.0, 2.5, 7.0, 40.0):
         assert two_sided(t, freedom) == pytest.approx(2 * stats.t.sf(abs(t), freedom), abs=1e-13)
+
+
+@pytest.mark.parametrize("freedom", [4, 9, 17, 111, 1000])
+def test_the_shares_outside_intervals_are_those_of_student(freedom: int) -> None:
+    """Of an array at once, against SciPy."""
+    t = np.linspace(0.0, 2.6, 27)
+    assert outside(t, freedom) == pytest.approx(2 * stats.t.sf(t, freedom), rel=0.02)
     for level in (0.5, 0.95, 0.999):
         expected = stats.t.ppf(0.5 + level / 2, freedom)
         assert quantile(level, freedom) == pytest.approx(expected, rel=1e-9)

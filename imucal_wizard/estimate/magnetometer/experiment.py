@@ -12,7 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
@@ -29,7 +29,12 @@ from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
-from imucal_wizard.estimate.slow_noise import Fitted, SlowErrors, slow_errors
+from imucal_wizard.estimate.slow_noise import (
+    MIN_REPEATS_OF_POSES,
+    Fitted,
+    SlowErrors,
+    slow_errors,
+)
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
@@ -236,7 +241,10 @@ class MagnetometerExperiment(Experiment):
     @property
     def slow_noise_measured(self) -> bool | None:  # type: ignore[override]  # told by a fit
         """See ``Experiment``: directions that come again show it."""
-        return None if self._slow_errors is None else self._slow_errors.measured
+        if self._slow_errors is None:
+            return None
+        repeats = len(distinct(self.data.visits)) - len(distinct(self.data.poses))
+        return repeats >= MIN_REPEATS_OF_POSES and self._slow_errors.measured
 
     @property
     def _spans(self) -> FloatArray:
@@ -261,6 +269,7 @@ class MagnetometerExperiment(Experiment):
             pull=basis @ found.pull()[free],
             strength=(np.arange(len(lever)) < len(self.magnitude.labels)).astype(float),
             independent=found.independent,
+            own=found.system.own,
         )
 
     def beside(self, found: "SensorFit") -> Beside:
@@ -372,12 +381,12 @@ class MagnetometerExperiment(Experiment):
 
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """See ``Experiment``: the sensor's bias wanders, and the field differs between places."""
-        if found.balance.freedom.min() < 1.0:
+        if found.freedom.min() < 1.0:
             return None
         slow = self._told(found)
         if slow is None:
             return None
-        by_errors = slow.covariance([self._fitted(found)])
+        by_errors = slow.covariance_of_intervals(self._fitted(found), float(found.freedom.min()))
         basis, free = found.directions.columns, slice(0, len(found.directions))
         balance = found.balance
         precision = np.where(found.slow, 0.0, balance.precision)
