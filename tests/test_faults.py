@@ -137,7 +137,7 @@ def test_nothing_that_is_printed_steers_the_terminal(text: str, shown: str) -> N
 def test_a_name_that_is_no_text_is_fitted_and_saved(tmp_path: Path) -> None:
     path = tmp_path / os.fsdecode(b"\xff\x1b[2J.csv")
     try:
-        simulate_recording(path, poses="6", rotations=0)
+        simulate_recording(path, poses="18", rotations=0)
     except OSError:
         pytest.skip("this file system takes no such name")
     assert fit.run([str(path), "--save", str(tmp_path / "out.json")]) == 0

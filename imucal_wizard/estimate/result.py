@@ -106,14 +106,14 @@ def worse_than_none(
         fitted: of the data fitted, which counts where nothing could be held out.
         held_out: of data held out.
         freedom: degrees of freedom of the fit, where nothing could be held out: few of them may
-            leave little although the parameters are wrong.
+            leave little although the parameters are wrong. None tells nothing.
         parameters: how many were fitted.
     """
     error = fitted if held_out is None else held_out
-    if held_out is None and freedom is not None:
+    if held_out is None and freedom:
         # the limit of a new error, 95 %, in terms of an rms
-        spread = math.sqrt((freedom + 2.0 * parameters) / max(freedom, 1))
-        error = error * spread * quantile(0.95, freedom) / NORMAL_95 if freedom else math.inf
+        spread = math.sqrt((freedom + 2.0 * parameters) / freedom)
+        error = error * spread * quantile(0.95, freedom) / NORMAL_95
     if bias_unit == COUNT or before is None or error <= before:
         return ""
     if held_out is None:

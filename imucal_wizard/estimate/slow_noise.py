@@ -71,7 +71,7 @@ INTERVAL = 0.95
 """Probability in the intervals that are reported."""
 FARTHEST = 16.0
 """Standard deviations that hold ``INTERVAL`` with one degree of freedom, and some more."""
-HALVINGS = 20
+LENGTH_HALVINGS = 20
 """Of such an interval: it is found to a hundred thousandth of the longest."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
@@ -424,7 +424,7 @@ def _reach(weight: FloatArray, variance: FloatArray, freedom: float) -> FloatArr
     """
     sigma = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
     low, high = np.zeros(sigma.shape[1]), FARTHEST * sigma.max(axis=0)
-    for _ in range(HALVINGS):
+    for _ in range(LENGTH_HALVINGS):
         middle = 0.5 * (low + high)
         beyond = weight @ outside(middle / sigma, freedom) > 1.0 - INTERVAL
         low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)

@@ -17,16 +17,17 @@ def _motion(step: float, rng: np.random.Generator) -> FloatArray:
     wobble = 0.05 * rng.standard_normal(3)
     vector = rng.choice([-1.6, 1.6]) * np.eye(3)[0]
     motion = turn(np.eye(3)[2], vector, seconds=rng.uniform(1.2, 2.5), wobble=wobble, rate=50.0)
-    return np.degrees(motion.rate) / step
+    return np.asarray(np.degrees(motion.rate) / step, np.float64)
 
 
 def _sessions(step: float, sessions: int) -> list[tuple[FloatArray, ...]]:
     """Error of each rotation's integral, what it shares with the rests, its beginning, variance."""
-    rng, found = np.random.default_rng(31), []
+    rng = np.random.default_rng(31)
+    found: list[tuple[FloatArray, ...]] = []
     for _ in range(sessions):
         place, rates = rng.uniform(-0.5, 0.5, 3), [_motion(step, rng) for _ in range(ROTATIONS)]
-        rounded = [np.round(rate + place) for rate in rates]
-        times = [INTERVAL * np.arange(len(rate)) for rate in rates]
+        rounded = [np.asarray(np.round(rate + place), np.float64) for rate in rates]
+        times = [np.asarray(INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
         rests = [hold(np.ones(3), 0.0, gyroscope=np.zeros(3))]
         said = rounding_in_motion(rotation_samples(times, rounded), np.ones(3), rests)
         offsets = np.cumsum([0, *map(len, rates)])[:-1]
@@ -63,7 +64,10 @@ def test_steps_that_the_noise_carries_the_readings_over_are_none() -> None:
     """Rounding is noise at rest and in motion alike then."""
     rng = np.random.default_rng(32)
     rate = _motion(1.0, rng)
-    samples = rotation_samples([INTERVAL * np.arange(len(rate))], [np.round(rate)])
+    samples = rotation_samples(
+        [np.asarray(INTERVAL * np.arange(len(rate)), np.float64)],
+        [np.asarray(np.round(rate), np.float64)],
+    )
     rests = [hold(np.ones(3), 0.0, gyroscope=np.zeros(3), gyroscope_sigma=0.2)]
     said = rounding_in_motion(samples, np.ones(3), rests)
     assert not said.variance.any()
