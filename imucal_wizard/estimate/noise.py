@@ -329,9 +329,9 @@ def rest_of(
     density = np.zeros(3) if density is None else density
     # where most holds read one step, what is left is the rounding of double numbers
     density = np.where(density < NO_NOISE * density.max(), 0.0, density)
-    tilt = np.full(len(holds), np.inf)
+    tilt, followed = np.full(len(holds), np.inf), np.zeros(len(holds), np.bool_)
     if bias is not None and reference is not None:
-        tilt = _tilt(holds, matrix, bias, reference)
+        tilt, followed = _tilt(holds, matrix, bias, reference)
     swaying = np.isfinite(tilt)
     if swaying.any():
         fast = [one.gyroscope_fast for one, sways in zip(holds, swaying, strict=True) if sways]
@@ -363,8 +363,9 @@ def rest_of(
     # carrying integrates noise: that of its own samples counts, which no slow motion changes
     end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
     known = np.array([one.gyroscope_turn is not None for one in holds])
-    # of a device that sways the samples show more than noise; NaN where no noise is known
-    carried = known & (end > np.where(swaying, noise, noise * alone))
+    # where the device sways the samples show more than noise; NaN where no noise is known
+    sways = swaying | turned & followed
+    carried = known & (end > np.where(sways, noise, noise * alone))
     end = np.where(carried, np.minimum(noise, end), turned * end)
     tilt = np.where(carried, tilt, np.inf)
     return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample), tilt)
@@ -372,13 +373,16 @@ def rest_of(
 
 def _tilt(
     holds: Sequence[Hold], matrix: FloatArray, bias: FloatArray, reference: GravityReference
-) -> FloatArray:
+) -> tuple[FloatArray, BoolArray]:
     """Variance of each mean direction without the sway that the gyroscope follows, rad², (h,).
 
     The gyroscope follows a sway where the directions of the accelerometer scatter less once what
     it turned is taken off. Its noise, integrated, makes them scatter more; a force of the hand that
-    is no turn does either in half of the holds. Infinite where not clearly more than half of the
-    holds show a sway, and where nothing is known.
+    is no turn does either in half of the holds.
+
+    Returns:
+        The variance, infinite where not clearly more than half of the holds show a sway and where
+        nothing is known; the holds that show one, shape (h,).
     """
     out, freedom = np.full((2, len(holds)), np.nan), np.zeros(len(holds), np.int64)
     for place, (one, up) in enumerate(zip(holds, reference.up, strict=True)):
@@ -393,9 +397,9 @@ def _tilt(
             out[row, place] = 0.5 * np.trace(tilts @ one.sway @ tilts.T)
         freedom[place] = 2 * one.noise_freedom
     known = np.isfinite(out).all(axis=0)
-    followed = int((out[1, known] < out[0, known]).sum())
-    if 2 * followed - known.sum() <= SURE * np.sqrt(known.sum()):
-        return np.full(len(holds), np.inf)
+    followed = known & (out[1] < out[0])
+    if 2 * followed.sum() - known.sum() <= SURE * np.sqrt(known.sum()):
+        return np.full(len(holds), np.inf), followed
     times = np.array([one.end - one.start for one in holds])
     left = shrunk(np.where(known, out[1], 0.0) * times, np.where(known, freedom, 0)) / times
-    return np.where(known, left, np.inf)
+    return np.where(known, left, np.inf), followed

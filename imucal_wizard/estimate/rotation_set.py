@@ -163,19 +163,20 @@ def _to_mean(
     # a sample counts half an interval to either side: one that the rotation has, too, counts there,
     # but for the outer half of its first or last one
     if sign > 0:
-        near, inside, gap = reading[0], time < hold.end - half, time[0] - hold.end + half
+        near, inside = reading[0], time < hold.end - half
     else:
-        near, inside, gap = reading[-1], time > hold.start - half, hold.start - half - time[-1]
+        near, inside = reading[-1], time > hold.start - half
     shared = int(inside.sum())
     if shared:
-        gap = half
         turned = turned - shared * interval * reading[inside].mean(axis=0)
-    turned = turned + gap * near
-    left = whole - shared * interval + gap
+    turned = turned + half * near
+    left = max(whole - shared * interval + half, interval)
     count = max(round(left / interval), 1)
     step = left / count
     # by the trapezoidal rule, which joins the reading to the sample at the end
-    return step * np.arange(1, count + 1), (turned / step - 0.5 * near) / (count - 0.5)
+    return np.asarray(step * np.arange(1, count + 1), np.float64), np.asarray(
+        (turned / step - 0.5 * near) / (count - 0.5)
+    )
 
 
 def examined(rotations: Sequence[Rotation]) -> list[Rotation]:
