@@ -82,8 +82,8 @@ def with_effect(motion: Motion, hidden: str) -> Motion:
     return replace(motion, rate=rate + error)
 
 
-def session(hand: Hand, seed: int, number: int) -> Session:
-    """One session of a hand, fitted and judged."""
+def session(hand: Hand, seed: int, number: int) -> Session | None:
+    """One session of a hand, fitted and judged; None where too few holds leave nothing out."""
     rng = np.random.default_rng([seed, number, HANDS.index(hand)])
     device = Device(rate=hand.rate)
     motion = placed(device, rng, tremor=hand.tremor, sway=hand.sway, turns=2)
@@ -96,7 +96,7 @@ def session(hand: Hand, seed: int, number: int) -> Session:
     report = fit_readings(readings)
     sensor, accelerometer = report.sensors["gyroscope"], report.sensors["accelerometer"]
     if sensor.floor is None or accelerometer.floor is None or none.gyroscope is None:
-        raise SystemExit("a simulated session was not fitted")
+        return None
     errors = sensor.bias - none.gyroscope.values.mean(axis=0)
     known = [one.standard_error or np.nan for one in sensor.parameters if "bias" in one.name]
     benches, said = Benches(report, readings), []
@@ -142,8 +142,11 @@ def main(count: str = "20", seed: str = "1") -> None:
         f"{'mg: held':>10}{'noise':>9}{'complete':>11}  gyroscope's verdicts"
     )
     for hand in HANDS:
-        done = [session(hand, int(seed), number) for number in range(int(count))]
+        each = [session(hand, int(seed), number) for number in range(int(count))]
+        done = [one for one in each if one is not None]
         print(row(hand, done), flush=True)
+        if len(done) < len(each):
+            print(f"  {len(each) - len(done)} of these sessions have too few holds")
 
 
 if __name__ == "__main__":
