@@ -58,8 +58,7 @@ def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -
     assert sum(found[name] for name in RIGHT) == 3
 
 
-@pytest.mark.parametrize("term", ["second-order", "warm-up"])
-@pytest.mark.parametrize("plan", [REPEATED, STANDARD], ids=lambda plan: plan.name)
+@pytest.mark.parametrize(("plan", "term"), [(REPEATED, "warm-up")])
 def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) -> None:
     """The sizes told are those found within 20 %, as far as 60 sessions show them (90 %).
 
