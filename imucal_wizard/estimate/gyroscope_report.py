@@ -227,19 +227,21 @@ def single_axis(
         found: the nine-parameter fit, for counting whole turns.
     """
     rows: dict[str, list[tuple[AxisTurn, int]]] = {axis: [] for axis in AXES}
-    source = experiment.closure
+    source, samples = experiment.closure, experiment.samples
     for place, index in enumerate(experiment.rotations.usable):
         rotation = named[index]
         if rotation.axis is None or rotation.before.gyroscope is None:
             continue
         k = AXES.index(rotation.axis)
         channel = experiment.nominal.channels[k]
-        rate = (rotation.rate - found.bias) @ found.matrix.T
-        turned = float(integral(rate, rotation.time)[k])
+        # from the direction before to that after, like the angle between them
+        own = slice(*samples.offsets[place : place + 2])
+        time, reading = samples.time[own], samples.reading[own]
+        turned = float(integral((reading - found.bias) @ found.matrix.T, time)[k])
         turn = AxisTurn(
             angle=turn_angle(source.before[place], source.after[place], k, turned),
-            integral=float(integral(rotation.rate, rotation.time)[channel]),
-            duration=float(rotation.time[-1] - rotation.time[0]),
+            integral=float(integral(reading, time)[channel]),
+            duration=float(time[-1] - time[0]),
             bias=float(rotation.before.gyroscope[channel]),
         )
         rows[rotation.axis].append((turn, place))

@@ -319,7 +319,8 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
         return ""
     return (
         f"Static and dynamic are off by up to {100.0 * off:.2g} %: they treat each rotation as "
-        "one about a single axis and ignore cross axes and tilt, which the vector method models."
+        "one about a single axis and ignore cross axes and tilt, which the vector method models. "
+        "Static also takes the rate of the rest before each rotation for the bias."
     )
 
 
