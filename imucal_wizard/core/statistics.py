@@ -104,6 +104,13 @@ def is_covariance(values: Sequence[Sequence[float]], count: int) -> bool:
     return bool((np.linalg.eigvalsh(correlations) >= -CORRELATION_ROUNDING).all())
 
 
+def complement(columns: "FloatArray") -> "FloatArray":
+    """Orthonormal basis of what no combination of columns makes, shape (n, n − rank)."""
+    left, values, _ = np.linalg.svd(columns, full_matrices=True)
+    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
+    return np.asarray(left[:, rank:])
+
+
 def root_mean_square(errors: "FloatArray") -> float:
     """Root mean square of errors; for vectors along the last axis, of their lengths."""
     squares = errors**2 if errors.ndim == 1 else (errors**2).sum(axis=-1)

@@ -16,10 +16,9 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import complement, median
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.result import Parameter, SensorFit
-from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.terms import Terms
 
 SIGMAS = np.exp(np.linspace(np.log(0.65), np.log(12.0), 15))

@@ -13,11 +13,11 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, with_effects
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.table import ResidualTable

@@ -14,6 +14,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import number, readable, with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import complement
 from imucal_wizard.diagnose.bench import BenchFindings
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.free_curves import shape_of
@@ -21,7 +22,6 @@ from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.estimate.experiment import Beside
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.slow_noise import complement
 from imucal_wizard.model.rows.source import RowSource
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.unknown_shape import UnknownShape

@@ -17,12 +17,11 @@ from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     MIN_REPEATS_OF_POSES,
-    Fitted,
-    SlowErrors,
+    estimate_slow_errors,
     long_rest,
-    slow_errors,
     spans_of,
 )
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
@@ -233,7 +232,7 @@ class AccelerometerExperiment(Experiment):
         """What of the errors of the holds is slow; None where nothing is left to judge by."""
         if found.balance.freedom[0] < 1.0:
             return None
-        return slow_errors(
+        return estimate_slow_errors(
             spans_of(self.holds), [fitted], bool(self.slow_noise_measured), self.long_rest
         )
 

@@ -28,13 +28,11 @@ from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
 from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
+from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
-    Between,
-    Fitted,
     LongRest,
-    SlowErrors,
+    estimate_slow_errors,
     long_rest,
-    slow_errors,
     slow_rate,
     spans_of,
 )
@@ -495,7 +493,7 @@ class _Rests:
         """Estimated from the residuals; None where nothing is left to judge by."""
         if self._found.balance.freedom.min() < 1.0:
             return None
-        return slow_errors(self._spans, self.axes, True, rest, self.between)
+        return estimate_slow_errors(self._spans, self.axes, True, rest, self.between)
 
 
 def motion_of(

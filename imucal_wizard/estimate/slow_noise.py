@@ -1,16 +1,4 @@
-"""Slow noise of a bias: what it adds to the covariance of holds, estimated from their scatter.
-
-A bias wanders (flicker noise, power h/f; its Allan deviation is flat at the bias instability
-``B = √(2 ln 2 · h)``, IEEE 952, annex C). Its slowest part is the same in all holds of a session:
-no residual shows it, and it lies wholly in the bias that is fitted. The faster part shows, and the
-two belong together: a sum of Gauss–Markov processes, one per octave of the correlation time τ, each
-of the variance ``h ln 2``. Averages over holds of T₁ and T₂ s, d s apart, then have the covariance
-
-    h ln 2 Σ (τ²/T₁T₂) (1 − e^(−T₁/τ)) (1 − e^(−T₂/τ)) e^(−d/τ)
-
-(of one hold with itself ``2 (τ/T)² (T/τ − 1 + e^(−T/τ))``). B is estimated from the
-scatter of the holds (restricted likelihood).
-"""
+"""Slow noise of a bias, estimated from what the fits of a session leave (restricted likelihood)."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -20,12 +8,11 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded, outside
+from imucal_wizard.core.statistics import complement
+from imucal_wizard.estimate.slow_errors import MOST_LACKING, Between, Fitted, SlowErrors, SlowKind
+from imucal_wizard.estimate.slow_kernels import about_the_mean, averaged, relaxed, walked
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.rows.decorrelation import Decorrelation
 
-OCTAVES = 0.3 * 2.0 ** np.arange(12)
-"""Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
 MIN_REPEATS_OF_POSES = 4
 """Repeats of poses that show how the biases change with time."""
 MIN_LONG_REST = 60.0
@@ -47,32 +34,11 @@ FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
 WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
 """Correlation times of what a place does to a sensor that is carried through it."""
-MOST_LACKING = 1e3
-"""Variance of what a model may leave over that by noise: a closure thirty times too large."""
-SMALLEST_CHANCE = 1e-100
-"""Of any model, so that its logarithm is a number."""
 MEASURED_NOISE = 0.5
 """Probability that the white errors of holds are the noise measured within them and no more, where
 that is known: else their size, which nothing measures, is any."""
 LARGER = 60
 """Sizes of larger ones, up to ``MOST_LACKING``, each 12 % more in variance than the one before."""
-MIN_SLOW_SHARE = 0.3
-"""Variance of a combination of holds by slow noise over that by white noise, below which a fit does
-not weigh it: the variance of the parameters is then at most 2.3²/(4 · 1.3) = 1.017 times the least
-(Kantorovich)."""
-MIN_SLOW_PROBABILITY = 0.01
-"""A kind of slow errors less likely than this does not weigh the holds."""
-MIN_LEFT_SHARE = 0.5
-"""Share of slow errors, mean square, that the model does not take up, from which on they are
-measured: what it takes up is then no more than what is seen of them."""
-MIN_DETERMINED = 1e-9
-"""Variance of a combination of parameters by white errors, over the largest, that is none."""
-INTERVAL = 0.95
-"""Probability in the intervals that are reported."""
-FARTHEST = 16.0
-"""Standard deviations that hold ``INTERVAL`` with one degree of freedom, and some more."""
-LENGTH_HALVINGS = 20
-"""Of such an interval: it is found to a hundred thousandth of the longest."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -144,294 +110,7 @@ def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Long
     return LongRest(np.column_stack([edges[:-1], edges[1:]]), pieces.T, white)
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A linear fit of holds, each with its weight.
-
-    Attributes:
-        errors: what the fit leaves of each independent row, shape (n,).
-        columns: derivative by what was fitted, shape (n, p).
-        variance: by whose inverse each independent row was weighed, shape (n,).
-        alike: which share of the same slow error two holds show, shape (n, n).
-        pull: by how much an error of each independent row moves each parameter, shape (k, n).
-        strength: by how much each hold moves with the strength of a field that is not the same
-            everywhere and always, shape (n,); None where the input is gravity or rest.
-        independent: how independent rows come from the holds.
-        own: variance of each independent row by measured noise, shape (n,), which its white errors
-            have at least; None where the white errors may be of any size.
-    """
-
-    errors: FloatArray
-    columns: FloatArray
-    variance: FloatArray
-    alike: FloatArray
-    pull: FloatArray
-    strength: FloatArray | None = None
-    independent: Decorrelation = Decorrelation()
-    own: FloatArray | None = None
-
-    @property
-    def pull_of_holds(self) -> FloatArray:
-        """By how much an error of each hold moves each parameter, shape (k, n)."""
-        return self.independent.measured(self.pull.T).T
-
-
-@dataclass(frozen=True, eq=False)
-class Between:
-    """Rows between the holds, which the same slow errors move; the holds give their size.
-
-    Attributes:
-        spans: beginning and end of what was measured, s, shape (m, 2).
-        slow: derivative of the n rows by the mean error of each of the f fitted axes in each span,
-            shape (f, n, m).
-        pull: by how much an error of each row moves each parameter, shape (k, n).
-        own: variance of each row by measured noise, shape (n,).
-        variance: the same as the fit leaves it, slow errors included, shape (n,).
-    """
-
-    spans: FloatArray
-    slow: FloatArray
-    pull: FloatArray
-    own: FloatArray
-    variance: FloatArray
-
-    def explained(
-        self, slow: Sequence[FloatArray], sizes: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """How well the measured noise and slow errors of each size explain what the fit leaves.
-
-        Either they make all of it (a χ² with the degrees of freedom of their sum after
-        Satterthwaite), or the model lacks something beside them, of any size, which is as likely
-        beforehand. Slow errors that would leave far more than is left are refuted by both.
-
-        Args:
-            slow: covariance of the rows by slow errors of size one on each axis, shape (n, n) each.
-            sizes: their variances on each of the f axes, shape (f, k).
-
-        Returns:
-            Logarithm of the likelihood, and the share of what is left that is no slow error, both
-            of shape (k,).
-        """
-        total, own = float(self.variance.sum()), float(self.own.sum())
-        moved = sizes.T @ [np.trace(one) for one in slow]
-        products = np.array([[(one * other).sum() for other in slow] for one in slow])
-        crossed = sizes.T @ [np.diag(one) @ self.own for one in slow]
-        squares = (sizes * (products @ sizes)).sum(axis=0) + 2.0 * crossed + self.own @ self.own
-        half = 0.5 * (own + moved) ** 2 / squares
-        ratio = total / (own + moved)
-        gamma = np.array([math.lgamma(one) for one in half])
-        whole = half * np.log(half) - gamma + half * (np.log(ratio) - ratio)
-        # what lacks, of a size from nothing up, only adds to what they leave
-        less = [1.0 - exceeded(r, 2.0 * h, EXACT_FREEDOM) for h, r in zip(half, ratio, strict=True)]
-        lacking = np.log(np.maximum(less, SMALLEST_CHANCE) / math.log(MOST_LACKING))
-        log = np.logaddexp(whole, lacking)
-        least = min(own, total)
-        white = np.exp(whole - log) * least
-        white += np.exp(lacking - log) * np.maximum(total - moved, least)
-        return log, white / total
-
-
-def in_session(
-    spans: FloatArray,
-    fitted: Sequence[Fitted],
-    measured: bool,
-    rest: LongRest | None = None,
-    between: Between | None = None,
-) -> FloatArray | None:
-    """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
-
-    Args:
-        spans: beginning and end of each hold, s, shape (n, 2).
-        fitted: see ``slow_errors``.
-        measured: see ``slow_errors``.
-        rest: see ``slow_errors``.
-        between: rows of what was measured between the holds.
-
-    Returns:
-        The covariance; None where a fit leaves nothing to judge by.
-    """
-    found = slow_errors(spans, fitted, measured, rest, between)
-    return None if found is None else found.covariance(fitted, between)
-
-
-@dataclass(frozen=True, eq=False)
-class SlowKind:
-    """Slow errors of one kind, of each of s sizes.
-
-    Attributes:
-        weight: probability of each size, shape (s,).
-        scale: variance of the white errors over that of the weights, of each fit, shape (f, s).
-        size: variance of the slow errors of each fit, shape (f, s).
-        slow: covariance of the holds by slow errors of size one, of each fit, shape (f, n, n).
-        whole: the same of holds and what lies between them, as one axis has them, (n + m, n + m).
-        white: share of what is left between the holds that is no slow error, shape (s,).
-        shown: least share of them that a fit leaves in its errors and does not take up.
-        long: whether they last as long as the session.
-    """
-
-    weight: FloatArray
-    scale: FloatArray
-    size: FloatArray
-    slow: FloatArray
-    whole: FloatArray
-    white: FloatArray
-    shown: float
-    long: bool
-
-
-@dataclass(frozen=True, eq=False)
-class SlowErrors:
-    """What the errors of a session's holds may be, each kind with its probability.
-
-    Attributes:
-        kinds: the kinds of slow errors.
-        variance: by whose inverse each hold was weighed in each of the fits that tell these errors,
-            shape (n,) each. Fits of other weights have the same errors.
-    """
-
-    kinds: tuple[SlowKind, ...]
-    variance: tuple[FloatArray, ...]
-
-    @property
-    def measured(self) -> bool:
-        """Whether the holds show slow errors of every kind apart from the model."""
-        return all(kind.shown > MIN_LEFT_SHARE for kind in self.kinds if kind.long)
-
-    def foreseen(
-        self, fitted: Sequence[Fitted], between: Between | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """What the errors of another session with this sensor may be.
-
-        That none of them is slow is left out: a session in which slow errors happened to be small
-        does not show that the next one has none.
-
-        Args:
-            fitted: the fits of the same holds, with any combinations in place of the parameters.
-            between: rows between the holds, likewise.
-
-        Returns:
-            Probability of each kind and size of slow errors, shape (s,), and variance of the k
-            combinations under each, shape (s, k).
-        """
-        shares, found = [], []
-        for kind in self.kinds:
-            total = np.zeros((len(kind.weight), len(fitted[0].pull)))
-            for k, one in enumerate(fitted):
-                pull, slow = one.pull_of_holds, kind.slow[k]
-                if between is not None:
-                    pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
-                    slow = kind.whole
-                total += np.outer(kind.scale[k], one.pull**2 @ self.variance[k])
-                total += np.outer(kind.size[k], ((pull @ slow) * pull).sum(axis=1))
-            if between is not None:
-                total += np.outer(kind.white, between.pull**2 @ between.variance)
-            shares.append(kind.weight[1:])
-            found.append(total[1:])
-        share = np.concatenate(shares)
-        return np.asarray(share / share.sum()), np.concatenate(found)
-
-    def scaled(self, factor: float) -> "SlowErrors":
-        """The same in a unit of which the old one is so many."""
-        kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
-        return SlowErrors(kinds, tuple(factor**2 * one for one in self.variance))
-
-    def loading(self, independent: Decorrelation) -> FloatArray:
-        """By how much the latent slow errors that matter move the holds of the one fit, (n, m).
-
-        What weighs the holds is the mean of the inverse covariances: a large error that is hardly
-        likely then takes little away from the information in a combination of holds.
-
-        Args:
-            independent: how the independent rows of the fit come from its holds.
-        """
-        sigma, slow = np.sqrt(self.variance[0]), [float(one.weight[1:].sum()) for one in self.kinds]
-        if sum(slow) < MIN_SLOW_SHARE / (1.0 + MIN_SLOW_SHARE):
-            return np.zeros((len(sigma), 0))  # however large they are, they take away too little
-        weight = np.zeros((len(sigma), len(sigma)))
-        for kind, share in zip(self.kinds, slow, strict=True):
-            if share < MIN_SLOW_PROBABILITY:
-                weight[np.diag_indices_from(weight)] += (kind.weight / kind.scale[0]).sum()
-                continue
-            mixed = independent.rows(independent.rows(kind.slow[0]).T)
-            values, vectors = np.linalg.eigh(mixed / np.outer(sigma, sigma))
-            of_each = kind.scale[0] + np.outer(np.maximum(values, 0.0), kind.size[0])
-            weight += (vectors * (kind.weight / of_each).sum(axis=1)) @ vectors.T
-        values, vectors = np.linalg.eigh(weight)
-        beyond = 1.0 / values - 1.0 / values[-1]
-        shown = beyond * values[-1] > MIN_SLOW_SHARE
-        return independent.measured(sigma[:, None] * vectors[:, shown] * np.sqrt(beyond[shown]))
-
-    def covariance(self, fitted: Sequence[Fitted], between: Between | None = None) -> FloatArray:
-        """Of the parameters, shape (k, k).
-
-        Args:
-            fitted: the fits, of any weights, of the same holds.
-            between: rows between the holds.
-        """
-        total = np.zeros((1, 1))
-        for kind in self.kinds:
-            for k, one in enumerate(fitted):
-                pull, slow = one.pull_of_holds, kind.slow[k]
-                if between is not None:
-                    pull = np.concatenate([pull, between.pull @ between.slow[k]], axis=1)
-                    slow = kind.whole
-                variance = kind.weight @ kind.scale[k] * self.variance[k]
-                total = total + (one.pull * variance) @ one.pull.T
-                total = total + kind.weight @ kind.size[k] * pull @ slow @ pull.T
-            if between is not None:
-                white = (between.pull * between.variance) @ between.pull.T
-                total = total + kind.weight @ kind.white * white
-        return np.asarray(total, np.float64)
-
-    def covariance_of_intervals(self, fitted: Fitted, freedom: float) -> FloatArray:
-        """Of the parameters of one fit, for intervals that hold 95 % of all probability, (k, k).
-
-        An error that is large but hardly likely makes the mean of the covariances larger than any
-        such interval asks for. In each principal direction of that mean, by the white errors, the
-        interval of all kinds and sizes together has the length that this covariance gives it.
-
-        Args:
-            fitted: the fit, of any weights, of the same holds.
-            freedom: degrees of freedom of its residuals, with which Student's t is used.
-        """
-        white = (fitted.pull * self.variance[0]) @ fitted.pull.T
-        unit = np.sqrt(np.diag(white))
-        unit = np.where(unit > 0.0, unit, 1.0)
-        values, vectors = np.linalg.eigh(white / np.outer(unit, unit))
-        some = values > MIN_DETERMINED * values.max(initial=np.finfo(float).tiny)
-        root = unit[:, None] * vectors[:, some] * np.sqrt(values[some])
-        pull = (vectors[:, some] / unit[:, None] / np.sqrt(values[some])).T @ fitted.pull_of_holds
-        slow = [pull @ kind.slow[0] @ pull.T for kind in self.kinds]
-        sizes = [float(kind.weight @ kind.size[0]) for kind in self.kinds]
-        _, main = np.linalg.eigh(np.einsum("k,kij->ij", sizes, slow))
-        variance = [
-            kind.scale[0][:, None] + np.outer(kind.size[0], ((main.T @ s) * main.T).sum(axis=1))
-            for kind, s in zip(self.kinds, slow, strict=True)
-        ]
-        weight = np.concatenate([kind.weight for kind in self.kinds])
-        length = _reach(weight, np.concatenate(variance), freedom)
-        root = root @ main * (length / _reach(np.ones(1), np.ones((1, 1)), freedom))
-        return np.asarray(root @ root.T)
-
-
-def _reach(weight: FloatArray, variance: FloatArray, freedom: float) -> FloatArray:
-    """How far intervals reach that hold 95 % of a mixture of Student's distributions, shape (r,).
-
-    Args:
-        weight: probability of each of k parts, shape (k,).
-        variance: of each of r variables in each part, shape (k, r).
-        freedom: degrees of freedom of all.
-    """
-    sigma = np.sqrt(np.maximum(variance, np.finfo(float).tiny))
-    low, high = np.zeros(sigma.shape[1]), FARTHEST * sigma.max(axis=0)
-    for _ in range(LENGTH_HALVINGS):
-        middle = 0.5 * (low + high)
-        beyond = weight @ outside(middle / sigma, freedom) > 1.0 - INTERVAL
-        low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
-    return np.asarray(0.5 * (low + high))
-
-
-def slow_errors(
+def estimate_slow_errors(
     spans: FloatArray,
     fitted: Sequence[Fitted],
     measured: bool,
@@ -459,54 +138,92 @@ def slow_errors(
     Returns:
         None where a fit leaves nothing to judge by.
     """
-    count, every = len(spans), spans if between is None else np.concatenate([spans, between.spans])
-    order = np.argsort(every[:, 0], kind="stable")
-    place = np.argsort(order)
+    every = spans if between is None else np.concatenate([spans, between.spans])
     of_field = any(one.strength is not None for one in fitted)
-    all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
-    of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
-    sigmas = [np.sqrt(one.variance) for one in fitted]
-    left = [
-        complement(one.columns / sigma[:, None]) for one, sigma in zip(fitted, sigmas, strict=True)
-    ]
+    left = [complement(one.columns / np.sqrt(one.variance)[:, None]) for one in fitted]
     if not all(across.shape[1] for across in left):
         return None
+    all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
+    of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
+    order = np.argsort(every[:, 0], kind="stable")
+    place = np.argsort(order)
     kinds = []
-    for ordered, chance, kernel, of_strength in _slow_errors(every[order], of_field):
-        log = np.log(chance * of_parts)
-        whole = ordered[np.ix_(place, place)]
-        scales, sizes, slows, shown = [], [], [], []
-        for k, (one, sigma, across) in enumerate(zip(fitted, sigmas, left, strict=True)):
-            slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
-            mixed = one.independent.rows(one.independent.rows(slow).T)
-            evidence, scale, size, left_in = _explained(
-                one.errors / sigma, mixed / np.outer(sigma, sigma), across
-            )
-            log += evidence
-            if one.own is not None:
-                least = float(np.mean(one.own / one.variance))
-                log += _with_measured_noise(scale / least, across.shape[1])
-            shown.append(left_in)
-            sizes.append(size)
-            if rest is not None and kernel is not None:
+    for ordered, chance, kernel, of_strength in _kinds(every[order], of_field):
+        kind = _kind(ordered[np.ix_(place, place)], fitted, left, of_strength, between)
+        log = kind.weight + np.log(chance * of_parts)
+        if rest is not None and kernel is not None:
+            for k, size in enumerate(kind.size):
                 axes = slice(k, k + 1) if len(fitted) > 1 else slice(None)
-                log += rest.evidence(kernel, sizes[k], axes)
-            scales.append(scale)
-            slows.append(slow)
-        share = np.ones(len(of_parts))
-        if between is not None:
-            among = [moved @ whole[count:, count:] @ moved.T for moved in between.slow]
-            evidence, share = between.explained(among, np.array(sizes))
-            log += evidence
-        of_each = np.array(scales), np.array(sizes), np.array(slows)
-        long = of_strength or kernel is not None
-        kinds.append(SlowKind(log, *of_each, whole, share, min(shown), long))
-    highest = max(float(kind.weight.max()) for kind in kinds)  # a logarithm until here
+                log += rest.evidence(kernel, size, axes)
+        kinds.append(replace(kind, weight=log, long=of_strength or kernel is not None))
+    highest = max(float(kind.weight.max()) for kind in kinds)
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
         tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds),
         tuple(one.variance for one in fitted),
     )
+
+
+def _kind(
+    whole: FloatArray,
+    fitted: Sequence[Fitted],
+    left: Sequence[FloatArray],
+    of_strength: bool,
+    between: Between | None,
+) -> SlowKind:
+    """Slow errors of one kind, with the logarithm of their likelihood as their weight.
+
+    Args:
+        whole: covariance by slow errors of size one of holds and what lies between them.
+        fitted: see ``estimate_slow_errors``.
+        left: combinations of the holds that each fit does not move, shape (n, f).
+        of_strength: whether they are errors of the field's strength.
+        between: see ``estimate_slow_errors``.
+    """
+    count = len(fitted[0].alike)
+    log, share = np.zeros(1 + len(PARTS)), np.ones(1 + len(PARTS))
+    scales, sizes, slows, shown = [], [], [], []
+    for one, across in zip(fitted, left, strict=True):
+        slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
+        mixed = one.independent.rows(one.independent.rows(slow).T)
+        sigma = np.sqrt(one.variance)
+        evidence, scale, size, left_in = _explained(
+            one.errors / sigma, mixed / np.outer(sigma, sigma), across
+        )
+        log += evidence
+        if one.own is not None:
+            least = float(np.mean(one.own / one.variance))
+            log += _with_measured_noise(scale / least, across.shape[1])
+        scales.append(scale)
+        sizes.append(size)
+        slows.append(slow)
+        shown.append(left_in)
+    if between is not None:
+        among = [moved @ whole[count:, count:] @ moved.T for moved in between.slow]
+        evidence, share = between.explained(among, np.array(sizes))
+        log += evidence
+    of_each = np.array(scales), np.array(sizes), np.array(slows)
+    return SlowKind(log, *of_each, whole, share, min(shown), long=False)
+
+
+def _kinds(
+    spans: FloatArray, of_field: bool
+) -> Iterator[tuple[FloatArray, float, Callable[[FloatArray], FloatArray] | None, bool]]:
+    """Covariance of the averages by each kind of slow error, its probability, and its kernel.
+
+    Last, whether it is one of the field's strength; else it is one of the bias.
+    """
+    of_bias = 1.0 / 3.0 if of_field else 1.0
+    yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
+    by_walk = about_the_mean(spans, walked)
+    yield by_walk, of_bias * (1.0 - FLICKER), walked, False
+    if of_field:
+        yield by_walk, 1.0 / 3.0, None, True
+        start, end = spans.T
+        gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+        for tau in WANDER_SECONDS:
+            of_places = relaxed(end - start, np.exp(-gap / tau), tau)
+            yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
 
 
 def _explained(
@@ -557,55 +274,33 @@ def _with_measured_noise(ratio: FloatArray, freedom: int) -> FloatArray:
     return np.asarray(np.logaddexp(known + measured, any_size + some))
 
 
-def _slow_errors(
-    spans: FloatArray, of_field: bool
-) -> Iterator[tuple[FloatArray, float, Callable[[FloatArray], FloatArray] | None, bool]]:
-    """Covariance of the averages by each kind of slow error, its probability, and its kernel.
-
-    Last, whether it is one of the field's strength; else it is one of the bias.
-    """
-    of_bias = 1.0 / 3.0 if of_field else 1.0
-    yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
-    by_walk = about_the_mean(spans, walked)
-    yield by_walk, of_bias * (1.0 - FLICKER), walked, False
-    if of_field:
-        yield by_walk, 1.0 / 3.0, None, True
-        start, end = spans.T
-        gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-        for tau in WANDER_SECONDS:
-            of_places = relaxed(end - start, np.exp(-gap / tau), tau)
-            yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
-
-
 def _strengths(one: Fitted) -> FloatArray:
     """By how much the same strength of the field moves two rows, shape (n, n)."""
     strength = np.zeros(len(one.errors)) if one.strength is None else one.strength
     return np.multiply.outer(strength, strength)
 
 
-def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
-    """Covariance of averages over spans of time about the mean from the first to the last one."""
-    gaps = np.column_stack([spans[:-1, 1], spans[1:, 0]])
-    shortest = 1e-9 * float(spans[-1, 1] - spans[0, 0])
-    pieces = np.concatenate([spans, gaps[np.diff(gaps)[:, 0] > shortest]]) - spans[0, 0]
-    covariance, length = kernel(pieces), pieces[:, 1] - pieces[:, 0]
-    share, count = length / length.sum(), len(spans)
-    with_mean = covariance[:count] @ share
-    of_mean = float(share @ covariance @ share)
-    own = covariance[:count, :count]
-    return np.asarray(own - with_mean[:, None] - with_mean[None, :] + of_mean)
+def in_session(
+    spans: FloatArray,
+    fitted: Sequence[Fitted],
+    measured: bool,
+    rest: LongRest | None = None,
+    between: Between | None = None,
+) -> FloatArray | None:
+    """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
 
+    Args:
+        spans: beginning and end of each hold, s, shape (n, 2).
+        fitted: see ``estimate_slow_errors``.
+        measured: see ``estimate_slow_errors``.
+        rest: see ``estimate_slow_errors``.
+        between: rows of what was measured between the holds.
 
-def walked(spans: FloatArray) -> FloatArray:
-    """Covariance of averages of a random walk over separate spans, with unit variance per second.
-
-    It begins at zero at time zero, before all of them, shape (n, n).
+    Returns:
+        The covariance; None where a fit leaves nothing to judge by.
     """
-    start, end = spans.T
-    middle = 0.5 * (start + end)
-    out = np.minimum.outer(middle, middle)
-    np.fill_diagonal(out, start + (end - start) / 3.0)
-    return np.asarray(out)
+    found = estimate_slow_errors(spans, fitted, measured, rest, between)
+    return None if found is None else found.covariance(fitted, between)
 
 
 def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatArray:
@@ -631,37 +326,3 @@ def slow_rate(holds: Sequence[Hold], shares: FloatArray | None = None) -> FloatA
         return np.zeros(3)
     scatter = (left**2 / noise[:, None]).sum(axis=0) / (count - 1)
     return np.asarray(np.maximum(np.diag(whole) - scatter * float(shares**2 @ noise), 0.0))
-
-
-def averaged(spans: FloatArray) -> FloatArray:
-    """Covariance of averages over these spans of time, (n, 2), where B is one, shape (n, n)."""
-    start, end = spans.T
-    gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-    out, fallen = np.zeros((len(spans), len(spans))), np.exp(-gap / OCTAVES[-1])
-    for tau in OCTAVES[::-1]:
-        out += 0.5 * relaxed(end - start, fallen, tau)  # h ln 2 = B²/2
-        fallen *= fallen  # half the correlation time
-    return out
-
-
-def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
-    """Covariance of averages of a Gauss–Markov process of variance one, shape (n, n).
-
-    Args:
-        length: of the spans of time, s, shape (n,).
-        fallen: by how much the correlation falls off in the gap between two of them, shape (n, n).
-        tau: correlation time, s.
-    """
-    share = length / tau
-    mean = -np.expm1(-share) / share
-    apart = fallen * mean
-    apart *= mean[:, None]
-    np.fill_diagonal(apart, 2.0 * (share + np.expm1(-share)) / share**2)
-    return np.asarray(apart)
-
-
-def complement(columns: FloatArray) -> FloatArray:
-    """Orthonormal basis of what no combination of columns makes, shape (n, n − rank)."""
-    left, values, _ = np.linalg.svd(columns, full_matrices=True)
-    rank = int((values > 1e-9 * values.max(initial=0.0)).sum())
-    return np.asarray(left[:, rank:])

@@ -16,18 +16,13 @@ from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.parameters import full_parameters, triangular_parameters
 from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors, SlowKind
+from imucal_wizard.estimate.slow_kernels import OCTAVES, about_the_mean, averaged, walked
 from imucal_wizard.estimate.slow_noise import (
-    OCTAVES,
-    Fitted,
-    SlowErrors,
-    SlowKind,
-    about_the_mean,
-    averaged,
+    estimate_slow_errors,
     in_session,
     long_rest,
-    slow_errors,
     slow_rate,
-    walked,
 )
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from tests.estimate.truth import hold
@@ -104,7 +99,7 @@ def test_slow_errors_weigh_holds_only_where_they_are_likely() -> None:
         left = errors - errors.mean()
         alike = np.ones((60, 60))
         fitted = Fitted(left, ones, np.ones(60), alike, ones.T / 60.0, np.ones(60))
-        found = slow_errors(spans, [fitted], False)
+        found = estimate_slow_errors(spans, [fitted], False)
         assert found is not None
         assert (found.loading(Decorrelation()).shape[1] == 0) is few
 
@@ -123,7 +118,7 @@ def test_residuals_that_measured_noise_explains_leave_little_to_slow_errors() ->
         fitted = Fitted(left, ones, np.ones(30), alike, ones.T / 30.0, np.ones(30))
         own = {"unknown": None, "measured": np.ones(30), "far below": np.full(30, 1e-2)}
         for name, variance in own.items():
-            found = slow_errors(spans, [replace(fitted, own=variance)], False)
+            found = estimate_slow_errors(spans, [replace(fitted, own=variance)], False)
             assert found is not None
             large = [one.weight[1:][one.size[0, 1:] > 0.3].sum() for one in found.kinds]
             slow[name].append(float(sum(large)))
@@ -152,7 +147,7 @@ def test_the_errors_of_holds_are_the_same_whatever_a_second_fit_weighs_them_by()
     left = rng.standard_normal(30)
     left -= left.mean()
     first = Fitted(left, ones, np.full(30, 2.0), np.ones((30, 30)), ones.T / 30.0, np.ones(30))
-    found = slow_errors(spans, [first], False)
+    found = estimate_slow_errors(spans, [first], False)
     assert found is not None
     second = replace(first, variance=np.full(30, 0.1))
     assert found.covariance([second]) == pytest.approx(found.covariance([first]))
@@ -164,7 +159,7 @@ def test_the_next_session_may_have_slow_errors_although_this_one_shows_none() ->
     left = rng.standard_normal(60)
     left -= left.mean()
     fitted = Fitted(left, ones, np.ones(60), np.ones((60, 60)), ones.T / 60.0, np.ones(60))
-    found = slow_errors(spans, [fitted], False)
+    found = estimate_slow_errors(spans, [fitted], False)
     assert found is not None
     halves, turns = np.repeat([1.0, -1.0], 30), np.tile([1.0, -1.0], 30)
     combinations = np.array([halves, turns]) / np.sqrt(60.0)

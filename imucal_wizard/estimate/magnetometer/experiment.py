@@ -29,12 +29,8 @@ from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
 from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
-from imucal_wizard.estimate.slow_noise import (
-    MIN_REPEATS_OF_POSES,
-    Fitted,
-    SlowErrors,
-    slow_errors,
-)
+from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
+from imucal_wizard.estimate.slow_noise import MIN_REPEATS_OF_POSES, estimate_slow_errors
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
@@ -220,7 +216,7 @@ class MagnetometerExperiment(Experiment):
             # the shared parameters begin with the dip and the rotation (see ``Dip``)
             turned = rotation_matrix(found.calibration.shared[1:4]) @ alignment.rotation
             alignment = replace(alignment, rotation=turned)
-        slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
+        slow = estimate_slow_errors(self._spans, [self._fitted(found)], measured=False)
         loading = None
         if slow is not None and np.mean(found.residual**2 / found.system.own) < MAX_SLOW_NOISE**2:
             loading = slow.loading(found.independent)
@@ -369,14 +365,14 @@ class MagnetometerExperiment(Experiment):
     ) -> tuple[FloatArray, FloatArray] | None:
         """See ``Experiment``; what is known of slow errors may be by a fit with fewer effects."""
         fitted = replace(self._fitted(found), pull=combinations)
-        slow = slow_errors(self._spans, [fitted], measured=False)
+        slow = estimate_slow_errors(self._spans, [fitted], measured=False)
         return None if slow is None else slow.foreseen([fitted])
 
     def _told(self, found: "Minimum[Experiment]") -> SlowErrors | None:
         """What of the errors of the rows is slow."""
         slow = self._slow_errors
         if slow is None or (self._told_by is not None and self._told_by is not found):
-            slow = slow_errors(self._spans, [self._fitted(found)], measured=False)
+            slow = estimate_slow_errors(self._spans, [self._fitted(found)], measured=False)
         return slow
 
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
