@@ -164,7 +164,7 @@ def _apart(
     note = (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
         "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
-        "was exchanged, or the device lay on something that turns"
+        "was exchanged, or the device turned slowly, in the hand or on something that turns"
     )
     return [note]
 
