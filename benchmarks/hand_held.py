@@ -87,7 +87,7 @@ def session(hand: Hand, seed: int, number: int) -> Session | None:
     rng = np.random.default_rng([seed, number, HANDS.index(hand)])
     device = Device(rate=hand.rate)
     motion = placed(device, rng, tremor=hand.tremor, sway=hand.sway, turns=2)
-    # the readings without any error of the sensor tell its bias
+    # the readings without turning and white noise tell the bias, with what it wanders
     state = rng.bit_generator.state
     readings = recorded(with_effect(motion, hand.hidden), device, rng)
     rng.bit_generator.state = state

@@ -35,6 +35,7 @@ class Device:
         noise: white noise of the accelerometer, mg per √Hz.
         flicker: its flicker noise, mg per decade of frequency.
         rate_noise: white noise of the gyroscope, °/s per √Hz.
+        rate_flicker: its flicker noise, °/s per decade of frequency.
         bits: of the converter.
         force_range: full scale of the accelerometer, g.
         rate_range: full scale of the gyroscope, °/s.
@@ -47,6 +48,7 @@ class Device:
     noise: float = 0.1
     flicker: float = 0.02
     rate_noise: float = 0.005
+    rate_flicker: float = 0.001
     bits: int = 16
     force_range: float = 4.0
     rate_range: float = 1000.0
@@ -63,6 +65,7 @@ def drawn_device(rng: np.random.Generator, *, gyroscope: bool | None = None) -> 
         noise=0.1 * times,
         flicker=0.02 * times,
         rate_noise=0.005 * times,
+        rate_flicker=0.001 * times,
         bits=int(rng.integers(12, 21)),
         force_range=float(rng.choice([2.0, 4.0, 8.0])),
         smooth=int(rng.choice([1, 1, 3])),
@@ -97,8 +100,8 @@ def recorded(motion: Motion, device: Device, rng: np.random.Generator) -> Readin
     rate = rate + np.radians(0.5) * rng.standard_normal(3)
     white, slow = 1e-3 * G * device.noise, 1e-3 * G * device.flicker
     force = force + _noise(rng, len(force), device.rate, white, slow)
-    white = np.radians(device.rate_noise)
-    rate = rate + _noise(rng, len(rate), device.rate, white, 0.2 * white)
+    white, slow = np.radians([device.rate_noise, device.rate_flicker])
+    rate = rate + _noise(rng, len(rate), device.rate, white, slow)
     series = [
         Series(motion.time, _converted(force, device.force_range * G, device), "m/s^2"),
         Series(motion.time, _converted(rate, np.radians(device.rate_range), device), "rad/s"),
