@@ -32,8 +32,9 @@ between 0.3, with which the intervals under white noise are too long, and 0.85, 
 circles under flicker noise are too short."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
-WANDER_SECONDS = (1.0, 3.0, 10.0, 30.0)
-"""Correlation times of what a place does to a sensor that is carried through it."""
+WANDER_SECONDS = (1.0, 3.0, 10.0)
+"""Correlation times of what a place does to a sensor that is carried through it. What lasts longer
+is like a random walk of the bias, whose mean over the session belongs to the bias."""
 MEASURED_NOISE = 0.5
 """Probability that the white errors of holds are the noise measured within them and no more, where
 that is known: else their size, which nothing measures, is any."""
