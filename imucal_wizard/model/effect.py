@@ -337,6 +337,20 @@ class Effect(ABC):
         """``ε`` of the input, m/s², rad/s or µT, shape (n, 3), for sizes (p,) in shown units."""
         return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)
 
+    def hidden(self, sensor: str, c: Circumstances, sizes: FloatArray) -> FloatArray:
+        """Largest error of the corrected input where readings do not show it, 0 elsewhere.
+
+        Args:
+            sensor: whose effect it is.
+            c: n rows with the input as corrected.
+            sizes: of its parameters, shown units, shape (p,).
+
+        Returns:
+            On each axis, SI, shape (n, 3); every smaller one is as likely.
+        """
+        del sensor, sizes
+        return np.zeros((len(c), 3))
+
 
 def c_number(value: float) -> str:
     """A number as a literal of C's ``float``, with all digits that it has."""
