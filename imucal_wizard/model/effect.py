@@ -224,6 +224,7 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is shown, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
+        sudden: its setting is a moment, of which still poses only show between which of them it is.
         paired: whether pairs with all other effects are looked for, at all its settings. If not,
             every second setting is paired with effects that have none: the moments of a second
             step would be most of the pairs.
@@ -245,6 +246,7 @@ class Effect(ABC):
     order: int = 100
     against: Against = "input"
     graded: bool = False
+    sudden: bool = False
     paired: bool = True
     aliases: tuple[str, ...] = ()
     free: bool = False

@@ -1,0 +1,28 @@
+"""A gyroscope's step inside a rotation turns only the rest of that rotation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.estimate.recording import fit_readings
+from tests.diagnose.recordings import fitted
+
+
+def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
+    """The moment is fitted inside the rotation, not put half way between its holds."""
+    report, readings = fitted(rotations=2)
+    gyroscope, start = readings.gyroscope, readings.accelerometer.time[0]
+    assert gyroscope is not None
+    rotation = report.rotations[20]
+    first, last = rotation.before.end - start, rotation.after.start - start
+    moment = first + 0.9 * (last - first)
+    bias = np.outer(gyroscope.time - start >= moment, np.radians([0.3, 0.0, 0.0]))
+    stepped = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + bias))
+    bench = Benches(fit_readings(stepped), stepped).bench("gyroscope")
+    assert bench is not None
+    bench.add("bias-step", near=0.5 * (first + last))
+    (term,) = bench.fit.terms
+    assert term.variant == pytest.approx(moment, abs=0.15)
+    assert bench.fit.rms_fitted < 1.5 * (bench.fit.floor_fitted or 0.0)
