@@ -36,6 +36,7 @@ from imucal_wizard.diagnose.recheck import (
 )
 from imucal_wizard.estimate.fit_warnings import FAR, unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
+from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
 from imucal_wizard.estimate.table_steps import KnownRates
@@ -296,10 +297,16 @@ class CalibratedDevice:
             if part is not None and len(part):
                 rows.append(hold.accelerometer)
                 vectors.append(sensor.apply(part.values).mean(axis=0))
-        limit = self.criteria.limits.get(MAGNETOMETER, self._limit(MAGNETOMETER, sensor))
+        limit = self.criteria.limits.get(MAGNETOMETER)
+        if limit is None and sensor.limit is not None:
+            limit = sensor.limit
+        else:
+            field = sensor.parameters.get("field")
+            size = 1.0 if field is None else field_unit(sensor.unit, field.value).size
+            limit = size * (self._limit(MAGNETOMETER, sensor) if limit is None else limit)
         up = None if up_of is None or not rows else up_of.apply(np.array(rows))
         floor = sensor.error_as_left
-        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor)
+        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor, sensor.unit)
 
 
 def recheck_data(
