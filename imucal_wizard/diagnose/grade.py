@@ -10,7 +10,13 @@ from imucal_wizard.core.input import read_document
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, FIELD_UNITS, RATE_UNITS, canonical_unit
+from imucal_wizard.core.units import (
+    ACCELERATION_UNITS,
+    COUNT,
+    FIELD_UNITS,
+    RATE_UNITS,
+    canonical_unit,
+)
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit

@@ -378,7 +378,10 @@ def judge_field(
 
 
 def device_verdict(
-    sensors: Mapping[str, SensorRecheck], seconds: float, notes: Sequence[str] = ()
+    sensors: Mapping[str, SensorRecheck],
+    seconds: float,
+    notes: Sequence[str] = (),
+    advice: str = "",
 ) -> Recheck:
     """The verdict on the device: NO-GO or insufficient if one of its sensors is.
 
@@ -386,6 +389,7 @@ def device_verdict(
         sensors: by name.
         seconds: duration, s.
         notes: what to know besides.
+        advice: in place of the usual one for the verdict.
     """
     verdicts = {one.verdict for one in sensors.values()}
     verdict = RecheckVerdict.GO
@@ -395,10 +399,13 @@ def device_verdict(
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
     reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
-    advice = {
-        RecheckVerdict.GO: "the calibration is still good",
-        RecheckVerdict.NO_GO: "a new calibration is worth it",
-        RecheckVerdict.INSUFFICIENT: "this check cannot decide",
-    }[verdict]
+    advice = (
+        advice
+        or {
+            RecheckVerdict.GO: "the calibration is still good",
+            RecheckVerdict.NO_GO: "a new calibration is worth it",
+            RecheckVerdict.INSUFFICIENT: "this check cannot decide",
+        }[verdict]
+    )
     says = "; ".join([advice, *reasons, *notes])
     return Recheck(verdict, seconds, sensors, says)
