@@ -122,6 +122,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return "it has no verdict"
     if diagnosis.base_left_out:
         return f"its model lacks {' and '.join(diagnosis.base_left_out)}"
+    if diagnosis.rests_left_out:
+        return "it reads another mean in rests that are left out"
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
