@@ -328,7 +328,11 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     opinion, nearest = _opinion(diagnosis), _nearest(diagnosis)
     if not bench.measured.at_rest:
         return [
-            "The field differs from place to place, the field changes in time, or the bias wanders."
+            (
+                "The field differs from place to place, the field or the bias changes in time, or "
+                "the axes are read at different times while the device turns: then turning more "
+                "slowly lowers the difference."
+            )
         ]
     if opinion.probable:
         return _probably(diagnosis, bench)
