@@ -249,8 +249,10 @@ def write_diagnosis(
 ) -> int:
     """Write the diagnosis; the exit status is 1 when a sensor's data are insufficient."""
     from imucal_wizard.diagnose.verdict import Verdict
+    from imucal_wizard.estimate.fit_warnings import said_better
 
-    notes = list(dict.fromkeys([*recording.warnings, *warnings]))
+    read = [one for one in recording.warnings if not said_better(one, warnings)]
+    notes = list(dict.fromkeys([*read, *warnings]))
     short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
     if arguments.json != STANDARD_OUT:
         from imucal_wizard.report.bench_text import bench_text

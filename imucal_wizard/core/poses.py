@@ -46,6 +46,32 @@ TILT_DEG = 30.0
 """At this tilt, half of gravity acts on the second axis, where asymmetry and second order differ
 most."""
 
+MIN_ALONG_AXIS = 0.8
+"""Cosine from which on an axis lies along another one (37°)."""
+
+
+def axes_in_words(mounted: FloatArray, frame: str) -> str:
+    """How axes lie in a frame, in words; "" if they are those of the frame or lie askew.
+
+    Args:
+        mounted: each column is an axis in the frame, shape (3, 3).
+        frame: whose, in the genitive: ``the accelerometer's``.
+    """
+    nearest = np.abs(mounted).argmax(axis=0)
+    along = mounted[nearest, np.arange(3)]
+    if sorted(nearest.tolist()) != [0, 1, 2] or np.abs(along).min() < MIN_ALONG_AXIS:
+        return ""
+    parts = []
+    for i, j in enumerate(nearest.tolist()):
+        if i == j and along[i] < 0.0:
+            parts.append(f"{AXES[i]} points the other way")
+        elif i < j and nearest[j] == i and along[i] > 0.0 and along[j] > 0.0:
+            parts.append(f"{AXES[i]} and {AXES[j]} are swapped")
+        elif i != j and (nearest[j] != i or along[i] < 0.0 or along[j] < 0.0):
+            sign = "+" if along[i] > 0.0 else "−"
+            parts.append(f"{AXES[i]} lies along {frame} {sign}{AXES[j]}")
+    return ", ".join(parts)
+
 
 def _tilts() -> dict[str, FloatArray]:
     """From each face towards each of its four neighbours."""

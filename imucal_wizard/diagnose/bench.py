@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 
+import numpy as np
+
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
@@ -17,7 +19,7 @@ from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, explained
-from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
+from imucal_wizard.diagnose.profile_likelihood import most_likely_moment, most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals, whitened_rows
@@ -27,7 +29,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import VALLEY, fit, refined_minimum, residual_table
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
-from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.effect import GYROSCOPE, Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import UnknownShape
@@ -507,7 +509,12 @@ class Bench:
         if variant is not None or settings == (None,):
             return with_term(Term(effect, variant))
         begin = self.likeliest_variant(effect.name) if near is None else near
-        return most_likely_setting(with_term, Term(effect, begin), settings)
+        term = Term(effect, begin)
+        if effect.sudden and begin is not None and self.sensor == GYROSCOPE:
+            times = np.unique(self.measured.circumstances.time)
+            place = int(np.clip(np.searchsorted(times, begin), 1, len(times) - 1))
+            return most_likely_moment(with_term, term, (times[place - 1], times[place]))
+        return most_likely_setting(with_term, term, settings)
 
     def _climb(self, found: SensorFit, added: str | None) -> Rung:
         left = whitened_residuals(found, ())

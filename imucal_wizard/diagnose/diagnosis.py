@@ -94,6 +94,13 @@ class Diagnosis:
     report: FitReport | None = None
 
     @property
+    def rests_left_out(self) -> str:
+        """What is said of rests in which the sensor reads another mean, if it does not repeat."""
+        if self.report is None or self.verdict is not Verdict.NOT_REPEATABLE:
+            return ""
+        return self.report.rests_left_out(self.sensor)
+
+    @property
     def suspects(self) -> tuple[Suspect, ...]:
         """The effects that may be missing, the likeliest first."""
         return () if self.findings is None else self.findings.suspects

@@ -10,7 +10,13 @@ from imucal_wizard.core.input import read_document
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION_UNITS, FIELD_UNITS, RATE_UNITS, canonical_unit
+from imucal_wizard.core.units import (
+    ACCELERATION_UNITS,
+    COUNT,
+    FIELD_UNITS,
+    RATE_UNITS,
+    canonical_unit,
+)
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit
@@ -93,7 +99,7 @@ def graded(
         if fit is None:
             found[name] = Graded(name, Grade.NOT_USABLE, _no_fit(name, report))
             continue
-        limit = limits[name]
+        limit = limits[name] * _limit_unit(fit, diagnosis)
         if fit.unusable:
             found[name] = Graded(name, Grade.NOT_USABLE, fit.unusable, limit)
             continue
@@ -103,12 +109,21 @@ def graded(
     return found
 
 
+def _limit_unit(fit: SensorFit, diagnosis: Diagnosis | None) -> float:
+    """One unit of the limits in that of the errors; of a field in counts by its usual size."""
+    if fit.unit != COUNT or diagnosis is None or diagnosis.bench is None:
+        return 1.0
+    return diagnosis.bench.measured.circumstances.field_unit.size
+
+
 def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     """Why a usable calibration is not good; "" if it is."""
     if diagnosis is None:
         return "it has no verdict"
     if diagnosis.base_left_out:
         return f"its model lacks {' and '.join(diagnosis.base_left_out)}"
+    if diagnosis.rests_left_out:
+        return "it reads another mean in rests that are left out"
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out

@@ -59,6 +59,28 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     return _with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
 
 
+def most_likely_moment(fit: Fit, term: Term, between: tuple[float, float]) -> SensorFit:
+    """The likeliest fit with a moment inside a rotation, which turns on with the rest of it.
+
+    Args:
+        fit: of the model with this term.
+        term: with a setting between the two times.
+        between: times of the holds before and after the rotation, s.
+    """
+    tried: dict[float, SensorFit] = {}
+
+    def likelihood(at: float) -> float:
+        near = round(at, 3)  # the golden section comes back to places, up to rounding
+        if near not in tried:
+            tried[near] = fit(replace(term, variant=near))
+        found = tried[near].minimum
+        assert found is not None  # noqa: S101 (narrows the type)
+        return unlikeliness(found)
+
+    _narrow(likelihood, *between, 0.0)
+    return tried[min(tried, key=likelihood)]
+
+
 def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:
     """Try settings until the best one is enclosed; ``unlikely`` keeps what it was asked for."""
     low, high = _enclosed(unlikely, grid, grid.index(begin))
@@ -90,13 +112,18 @@ def _enclosed(
         best = better
 
 
-def _narrow(unlikely: Callable[[float], float], low: float, high: float) -> None:
+def _narrow(
+    unlikely: Callable[[float], float],
+    low: float,
+    high: float,
+    least: float = MIN_SETTING_DIFFERENCE,
+) -> None:
     """Try places between two by the golden section.
 
     With errors far above the noise the likelihood has a sharp cusp, which no parabola fits.
     """
     for _ in range(GOLDEN_STEPS):
-        if high - low < MIN_SETTING_DIFFERENCE:
+        if high - low < least:
             return
         left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
         if unlikely(left) < unlikely(right):

@@ -349,18 +349,19 @@ def _most(change: Change, moved: Sequence[MovedParameter]) -> str:
 
 
 def judge_field(
-    field: FloatArray, up: FloatArray | None, limit: float, floor: float
+    field: FloatArray, up: FloatArray | None, limit: float, floor: float, unit: str
 ) -> SensorRecheck:
     """A magnetometer by constancy of the field's magnitude and dip, as at any place.
 
     Args:
-        field: corrected mean of each hold, µT, shape (n, 3).
+        field: corrected mean of each hold, shape (n, 3).
         up: corrected force of each, any length, shape (n, 3); None without an accelerometer.
-        limit: of use, µT.
-        floor: rms error that the calibration left on other directions, µT.
+        limit: of use.
+        floor: rms error that the calibration left on other directions.
+        unit: of the field and of both, ``uT`` or ``count``.
     """
     limit = max(limit, FIELD_FLOORS * floor)
-    made = SensorRecheck(RecheckVerdict.GO, None, limit, floor, "uT")
+    made = SensorRecheck(RecheckVerdict.GO, None, limit, floor, unit)
     length = np.linalg.norm(field, axis=1)
     shown = np.abs(field) > FIELD_SHARE * length[:, None]
     axes = [axis for axis, seen in zip(AXES, shown.sum(axis=0), strict=True) if seen < 2]
@@ -371,13 +372,16 @@ def judge_field(
     if up is not None:
         dip = np.arcsin((field * up).sum(axis=1) / length / np.linalg.norm(up, axis=1))
         error = max(error, float(dip.std() * length.mean()))
-    words = f"magnitude and dip vary by {quantity(error, 'uT')}, limit {quantity(limit, 'uT')}"
+    words = f"magnitude and dip vary by {quantity(error, unit)}, limit {quantity(limit, unit)}"
     verdict = RecheckVerdict.NO_GO if error > limit else RecheckVerdict.GO
     return replace(made, verdict=verdict, error=error, says=words)
 
 
 def device_verdict(
-    sensors: Mapping[str, SensorRecheck], seconds: float, notes: Sequence[str] = ()
+    sensors: Mapping[str, SensorRecheck],
+    seconds: float,
+    notes: Sequence[str] = (),
+    advice: str = "",
 ) -> Recheck:
     """The verdict on the device: NO-GO or insufficient if one of its sensors is.
 
@@ -385,6 +389,7 @@ def device_verdict(
         sensors: by name.
         seconds: duration, s.
         notes: what to know besides.
+        advice: in place of the usual one for the verdict.
     """
     verdicts = {one.verdict for one in sensors.values()}
     verdict = RecheckVerdict.GO
@@ -394,10 +399,13 @@ def device_verdict(
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
     reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
-    advice = {
-        RecheckVerdict.GO: "the calibration is still good",
-        RecheckVerdict.NO_GO: "a new calibration is worth it",
-        RecheckVerdict.INSUFFICIENT: "this check cannot decide",
-    }[verdict]
+    advice = (
+        advice
+        or {
+            RecheckVerdict.GO: "the calibration is still good",
+            RecheckVerdict.NO_GO: "a new calibration is worth it",
+            RecheckVerdict.INSUFFICIENT: "this check cannot decide",
+        }[verdict]
+    )
     says = "; ".join([advice, *reasons, *notes])
     return Recheck(verdict, seconds, sensors, says)

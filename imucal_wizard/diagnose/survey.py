@@ -189,6 +189,9 @@ def diagnosis_of(
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)
+    if verdict is Verdict.COMPLETE and benches.report.rests_left_out(bench.sensor):
+        # of what does not repeat the holds show only the part that does
+        verdict = Verdict.NOT_REPEATABLE
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())
     disturbed: tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]
     disturbed = (), (), ()

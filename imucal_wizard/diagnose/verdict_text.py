@@ -55,6 +55,10 @@ def verdict_text(diagnosis: Diagnosis) -> str:
         parts += _insufficient(diagnosis)
     elif bench is not None and (wrong := _warnings(diagnosis, WRONG_READINGS)):
         return " ".join([*parts, f"The error is {_against_noise(bench)}.", *wrong])
+    elif bench is not None and diagnosis.rests_left_out:
+        unlike = f"{_capital(diagnosis.rests_left_out)}."
+        left = f"In the holds alone the error is {_against_noise(bench)}."
+        return " ".join([*parts, unlike, left, "Find the cause, and record again."])
     elif bench is not None:
         if diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
             for one in diagnosis.found:
@@ -324,7 +328,11 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     opinion, nearest = _opinion(diagnosis), _nearest(diagnosis)
     if not bench.measured.at_rest:
         return [
-            "The field differs from place to place, the field changes in time, or the bias wanders."
+            (
+                "The field differs from place to place, the field or the bias changes in time, or "
+                "the axes are read at different times while the device turns: then turning more "
+                "slowly lowers the difference."
+            )
         ]
     if opinion.probable:
         return _probably(diagnosis, bench)

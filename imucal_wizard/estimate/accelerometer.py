@@ -258,9 +258,10 @@ class AccelerometerExperiment(Experiment):
         def referred(covariance: FloatArray | None, excess: FloatArray) -> GravityReference:
             steps = principal_steps(covariance)
             doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
-            return self.referred(rows.direction, doubt, excess, self.identified.basis)
+            basis = self.identified.basis
+            return self.referred(rows.direction, doubt, excess, basis, hidden)
 
-        excess = found.balance.variance - system.own
+        excess, hidden = found.balance.variance - system.own, rows.hidden()
         known = referred(found.covariance(), excess)
         if not excess.any():
             return known
@@ -268,7 +269,12 @@ class AccelerometerExperiment(Experiment):
         return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
 
     def referred(
-        self, up: FloatArray, doubt: FloatArray, excess: FloatArray | float, basis: FloatArray
+        self,
+        up: FloatArray,
+        doubt: FloatArray,
+        excess: FloatArray | float,
+        basis: FloatArray,
+        hidden: FloatArray | float = 0.0,
     ) -> GravityReference:
         """Up in each hold with all its errors.
 
@@ -279,16 +285,18 @@ class AccelerometerExperiment(Experiment):
             doubt: change of ``up`` with one standard deviation of what was fitted, (n, 3, k).
             excess: variance of the holds beyond their own noise, which counts as tilt, (m/s²)².
             basis: free directions of the nine parameters, shape (9, p).
+            hidden: largest error of the force that an effect does not let readings show, m/s².
         """
-        modes = undetermined_modes(up, basis)
+        modes, most = undetermined_modes(up, basis), hidden / self.gravity * np.ones(len(up))
         return GravityReference(
             up,
             self.source.labels.group,
-            (self.across + excess) / self.gravity**2,
+            (self.across + excess) / self.gravity**2 + most**2 / 3.0,
             np.concatenate([doubt, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
             modes.shape[1],
+            most,
         )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
@@ -111,6 +112,12 @@ class GyroscopeExperiment(Movable):
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
         self._start, self.of, self.readings = start, reference, readings
+        if hidden := int(np.count_nonzero(reference.hidden)):
+            most = quantity(float(reference.hidden.max()), "rad", 2)
+            self.assumption = (
+                f"In {plural(hidden, 'hold')} the accelerometer's effects hide up to {most} of the "
+                "direction of gravity, which counts as noise here."
+            )
         self.noise_at_rest = rest_of(holds, start.matrix, start.bias, reference)
         self.samples, self.recorded = rotations.between_means(holds, self.noise_at_rest.carried)
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)

@@ -175,6 +175,13 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
     density = rate_noise(holds)
     if not usable or density is None:
         return ()
+    single = [
+        (hold.end - hold.start) * hold.gyroscope_scatter
+        for hold in holds
+        if hold.gyroscope_scatter is not None
+    ]
+    if single:  # in holds that sway, most of the noise of the means is motion
+        density = np.minimum(density, np.median(single, axis=0))
     steps = np.concatenate([np.diff(one.time[strictly_later(one.time)]) for one in usable])
     spread = np.concatenate([one.rate for one in usable]).std(axis=0)
     noise = np.sqrt(density / median(steps))

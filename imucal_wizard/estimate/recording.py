@@ -29,7 +29,7 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyrosco
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
-from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.result import RESTS_LEFT_OUT, FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.data_quality import inertial_sensors
@@ -163,7 +163,7 @@ def _apart(
     first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
     note = (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
-        "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
+        f"off the mean in the holds, {RESTS_LEFT_OUT}: its bias jumped or drifted, the sensor "
         "was exchanged, or the device turned slowly, in the hand or on something that turns"
     )
     return [note]
@@ -209,8 +209,9 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     return DataError(
         f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
         "the accelerometer shows, so that too few of them count as still: its bias jumped or "
-        "drifted, or the device turned slowly, by itself or on something that turns. Record again "
-        "on a fixed surface, two seconds at rest in each position, without restarting the sensor",
+        "drifted, or the device rested hardly a second or turned slowly, by itself or on something "
+        "that turns. Record again on a fixed surface, two seconds at rest in each position, "
+        "without restarting the sensor",
         settings=error.settings,
     )
 

@@ -69,6 +69,8 @@ class GravityReference:
         gain: m/s² per reading unit of the accelerometer, at its largest.
         gravity: m/s².
         undetermined: how many of the k ways, the last, no pose measured: parameters of usual size.
+        hidden: largest error of ``up`` that an effect does not let readings show, rad, shape (n,);
+            empty where there is none. It is a part of ``variance``.
         noise_alone: the same with the errors that measured noise alone makes, where what the
             accelerometer's model leaves is more; None where it is not.
     """
@@ -80,6 +82,7 @@ class GravityReference:
     gain: float
     gravity: float
     undetermined: int = 0
+    hidden: FloatArray = field(default_factory=lambda: np.zeros(0))
     noise_alone: "GravityReference | None" = None
 
 
@@ -324,6 +327,10 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
     )
 
 
+RESTS_LEFT_OUT = "so they are not used"
+"""What is said of rests in which the gyroscope reads another mean than in the holds."""
+
+
 @dataclass(frozen=True, eq=False)
 class FitReport:
     """Everything a fit found; the result screen, the JSON and the saved file all show this.
@@ -361,6 +368,11 @@ class FitReport:
         """Whether a rate table calibrated the gyroscope, which needs no accelerometer."""
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
+
+    def rests_left_out(self, sensor: str) -> str:
+        """What is said of rests in which this sensor reads another mean; "" without such."""
+        mean = f"the {sensor}'s mean"
+        return next((one for one in self.warnings if mean in one and RESTS_LEFT_OUT in one), "")
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""

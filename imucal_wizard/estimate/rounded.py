@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
-from imucal_wizard.core.units import COUNT
+from imucal_wizard.measurement.data_quality import finer_steps
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import (
     NO_ROUNDING,
@@ -103,10 +103,6 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
     return np.where(shift > single / median(count[:, 0]), out, np.nan)
 
 
-MORE_DIGITS = "Print more digits, or set a smaller range"
-"""What makes steps finer; counts are printed in full."""
-
-
 def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]) -> list[str]:
     """A warning for each sensor whose steps, and not its noise, decide what an average is worth.
 
@@ -127,7 +123,7 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
         noise = float(np.sqrt(median([np.trace(covariance) / 3.0 for covariance, _ in averages])))
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
-            advice = "Set a smaller range" if units[sensor] == COUNT else MORE_DIGITS
+            advice = finer_steps(float(step.max()), units[sensor])
             notes.append(
                 f"the {sensor}'s readings come in steps of {width}, larger than their noise: "
                 f"averages err by {error} however long the device is held still. {advice}"

@@ -49,6 +49,9 @@ from imucal_wizard.core.statistics import (
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement import clipping
 
+SAME_STEP = 0.01
+"""Relative difference of a step from a decimal fraction of a unit, up to which digits may make it:
+the steps of converters are halves of halves of a range, 2.4 % from 1 mg at the nearest."""
 _STEPS_FROM = 5000
 """Samples from which the smallest step is determined."""
 
@@ -166,10 +169,25 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
     else:
         words = f"{np.degrees(step):.2g} °/s"
     return (
-        f"The readings of the {sensor} come in steps of {words}. Print decimal numbers with more "
-        "digits (Arduino: Serial.print(x, 5)), or raw counts; if these steps are the sensor's, set "
-        "a smaller range."
+        f"The readings of the {sensor} come in steps of {words}. {finer_steps(step, series.unit)}."
     )
+
+
+def finer_steps(step: float, unit: str) -> str:
+    """What makes steps finer: those of printed digits are a decimal fraction of a unit.
+
+    Args:
+        step: of the readings, in ``unit``.
+        unit: SI or counts.
+    """
+    known = {**ACCELERATION_UNITS, **RATE_UNITS} if unit != COUNT else {}
+    digits = np.log10([step / size for size in known.values()])
+    if len(digits) and np.abs(10.0 ** (digits - np.round(digits)) - 1.0).min() < SAME_STEP:
+        return (
+            "Print decimal numbers with more digits (Arduino: Serial.print(x, 5)), or raw counts; "
+            "if these steps are the sensor's, set a smaller range"
+        )
+    return "These steps are the sensor's, not those of printed digits: set a smaller range"
 
 
 def _smallest_step(values: FloatArray) -> float:

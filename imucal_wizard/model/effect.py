@@ -224,6 +224,7 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is shown, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
+        sudden: its setting is a moment, of which still poses only show between which of them it is.
         paired: whether pairs with all other effects are looked for, at all its settings. If not,
             every second setting is paired with effects that have none: the moments of a second
             step would be most of the pairs.
@@ -245,6 +246,7 @@ class Effect(ABC):
     order: int = 100
     against: Against = "input"
     graded: bool = False
+    sudden: bool = False
     paired: bool = True
     aliases: tuple[str, ...] = ()
     free: bool = False
@@ -336,6 +338,20 @@ class Effect(ABC):
     ) -> FloatArray:
         """``ε`` of the input, m/s², rad/s or µT, shape (n, 3), for sizes (p,) in shown units."""
         return np.asarray(self.columns(sensor, c, variant) @ sizes, np.float64)
+
+    def hidden(self, sensor: str, c: Circumstances, sizes: FloatArray) -> FloatArray:
+        """Largest error of the corrected input where readings do not show it, 0 elsewhere.
+
+        Args:
+            sensor: whose effect it is.
+            c: n rows with the input as corrected.
+            sizes: of its parameters, shown units, shape (p,).
+
+        Returns:
+            On each axis, SI, shape (n, 3); every smaller one is as likely.
+        """
+        del sensor, sizes
+        return np.zeros((len(c), 3))
 
 
 def c_number(value: float) -> str:

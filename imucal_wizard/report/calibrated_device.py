@@ -11,7 +11,7 @@ from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
-from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.poses import AXES, axes_in_words
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -23,9 +23,17 @@ from imucal_wizard.diagnose.calibrated_sensor import (
     TableGyroscope,
 )
 from imucal_wizard.diagnose.grade import given_limits
+from imucal_wizard.diagnose.other_axes import (
+    SIGNED_PERMUTATIONS,
+    AxesBySensor,
+    axes_changed,
+    likely_axes,
+    with_axes,
+)
 from imucal_wizard.diagnose.recheck import (
     Recheck,
     RecheckCriteria,
+    RecheckVerdict,
     SensorRecheck,
     best_pose,
     detection_powers,
@@ -36,6 +44,7 @@ from imucal_wizard.diagnose.recheck import (
 )
 from imucal_wizard.estimate.fit_warnings import FAR, unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
+from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
 from imucal_wizard.estimate.table_steps import KnownRates
@@ -58,6 +67,12 @@ from imucal_wizard.run.snapshot import StreamStatus
 ENOUGH_HOLDS = 8
 LEAST_GAIN = 0.05
 """After so many holds a pose that shows so little more (1 is one change) is not asked for."""
+OTHER_AXES = (
+    "the readings do not have the axes of the calibration, with which every sensor agrees: "
+    "correct the columns, the wiring or the axes set in the device"
+)
+OWN = "the calibration's"
+"""Whose axes those of the readings are said to lie along."""
 TYPICAL_SHARE = 0.1
 """Standard error of a calibration that states none, over the changes that a recheck looks for."""
 
@@ -129,19 +144,83 @@ class CalibratedDevice:
         self.check_units(units)
         if why := self._misread(measured):
             return unreadable_recheck(self, why, measured.seconds)
+        sensors = self._judged(measured, units)
+        notes = list(self.warnings)
+        if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER not in units:
+            notes.append("the magnetometer was not checked: its readings are missing")
+        if not self._wrong(sensors, measured):
+            return device_verdict(sensors, measured.seconds, notes)
+        found = self._other_axes(measured, units, sensors)
+        # one sensor alone may have changed in the way in which other axes look
+        if len(found) == 1 and sum(one.floor is not None for one in found[0][1].values()) > 1:
+            axes, corrected = found[0]
+            for name, order in axes.items():
+                words = axes_in_words(order, OWN)
+                says = f"its axes are not those of the calibration: {words}"
+                known = sensors[name]
+                corrected[name] = replace(known, verdict=RecheckVerdict.NO_GO, moved=(), says=says)
+            return device_verdict(corrected, measured.seconds, notes, OTHER_AXES)
+        if found:
+            each = [
+                " and ".join(f"the {name}'s {axes_in_words(order, OWN)}" for name, order in one)
+                for one in (axes.items() for axes, _ in found)
+            ]
+            notes.append(f"the readings agree with the calibration if {', or if '.join(each)}")
+        return device_verdict(sensors, measured.seconds, notes)
+
+    def _wrong(self, sensors: Mapping[str, SensorRecheck], measured: RecheckData) -> bool:
+        """Whether a sensor disagrees with its calibration, or its rows with any."""
+        return any(
+            one.verdict is RecheckVerdict.NO_GO
+            or (one.floor is None and name in self.sensors and bool(measured.rotations))
+            for name, one in sensors.items()
+        )
+
+    def _other_axes(
+        self,
+        measured: RecheckData,
+        units: Mapping[str, str],
+        sensors: Mapping[str, SensorRecheck],
+    ) -> list[tuple[AxesBySensor, dict[str, SensorRecheck]]]:
+        """The axes that make every sensor agree, with the verdicts then: the fewest changes.
+
+        Args:
+            measured: holds and rotations.
+            units: of the readings, by sensor.
+            sensors: the verdicts with the axes as they are.
+        """
+        inertial = {name: one for name, one in sensors.items() if name != MAGNETOMETER}
+        tried: list[AxesBySensor] = [{}]
+        if self._wrong(inertial, measured):
+            seen = {name: one for name, one in self.sensors.items() if name in units}
+            tried = likely_axes(seen, measured, self.criteria.gravity)
+        found: list[tuple[AxesBySensor, dict[str, SensorRecheck]]] = []
+        for axes in tried:
+            again = self._judged(with_axes(measured, axes), units)
+            field, every = again.get(MAGNETOMETER), axes
+            if field is not None and field.verdict is RecheckVerdict.NO_GO:
+                # the same axes first: all sensors may have changed alike
+                for order in (*axes.values(), *SIGNED_PERMUTATIONS):
+                    every = {**axes, MAGNETOMETER: order}
+                    again[MAGNETOMETER] = self._field(with_axes(measured, every))
+                    if again[MAGNETOMETER].verdict is not RecheckVerdict.NO_GO:
+                        break
+            if not self._wrong(again, measured):
+                found.append((every, again))
+        least = min((axes_changed(axes) for axes, _ in found), default=0.0)
+        return [one for one in found if axes_changed(one[0]) == least]
+
+    def _judged(self, measured: RecheckData, units: Mapping[str, str]) -> dict[str, SensorRecheck]:
+        """The verdict on each sensor; the arguments are those of ``recheck``."""
         seen = {name: one for name, one in self.sensors.items() if name in units}
         sensors = recheck(seen, measured, self.criteria)
         for name, one in self.sensors.items():
             if name not in units:
                 says = f"the recording has no {name}: x, y and z were not seen"
                 sensors[name] = not_seen(one, self.criteria, says)
-        notes = list(self.warnings)
-        if MAGNETOMETER in self.calibration.sensors:
-            if MAGNETOMETER in units:
-                sensors[MAGNETOMETER] = self._field(measured)
-            else:
-                notes.append("the magnetometer was not checked: its readings are missing")
-        return device_verdict(sensors, measured.seconds, notes)
+        if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
+            sensors[MAGNETOMETER] = self._field(measured)
+        return sensors
 
     def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
         """The pose that would show most of what has not been seen.
@@ -296,10 +375,16 @@ class CalibratedDevice:
             if part is not None and len(part):
                 rows.append(hold.accelerometer)
                 vectors.append(sensor.apply(part.values).mean(axis=0))
-        limit = self.criteria.limits.get(MAGNETOMETER, self._limit(MAGNETOMETER, sensor))
+        limit = self.criteria.limits.get(MAGNETOMETER)
+        if limit is None and sensor.limit is not None:
+            limit = sensor.limit
+        else:
+            field = sensor.parameters.get("field")
+            size = 1.0 if field is None else field_unit(sensor.unit, field.value).size
+            limit = size * (self._limit(MAGNETOMETER, sensor) if limit is None else limit)
         up = None if up_of is None or not rows else up_of.apply(np.array(rows))
         floor = sensor.error_as_left
-        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor)
+        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor, sensor.unit)
 
 
 def recheck_data(

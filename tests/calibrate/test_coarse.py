@@ -15,6 +15,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import FitOptions, fit_collected, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.data_quality import finer_steps
 from imucal_wizard.measurement.rounding import integrated_rounding
 from imucal_wizard.simulate.actions import Tremble
 from imucal_wizard.simulate.hand import VirtualHand
@@ -121,7 +122,7 @@ def test_the_floor_counts_what_rounding_does(density: float) -> None:
     assert bool(coarse) == (density < 0.6)
     if coarse:
         assert "accelerometer's readings come in steps of 10 mg" in coarse[0]
-        assert "Print more digits" in coarse[0]
+        assert "Print decimal numbers with more digits" in coarse[0]
 
 
 def test_counts_are_not_asked_for_more_digits() -> None:
@@ -136,7 +137,7 @@ def test_counts_are_not_asked_for_more_digits() -> None:
     report = fit_readings(replace(readings, accelerometer=counted(readings.accelerometer)))
     coarse = [text for text in report.warnings if "larger than their noise" in text]
     assert "steps of 64 count" in coarse[0]
-    assert coarse[0].endswith("Set a smaller range")
+    assert coarse[0].endswith("not those of printed digits: set a smaller range")
 
 
 def test_a_logger_that_stood_still_does_not_set_the_limits() -> None:
@@ -281,3 +282,21 @@ def test_a_device_without_a_gyroscope_counts_rounding_live_too() -> None:
     assert rows is not None
     assert np.sqrt(np.mean(rows.own)) == pytest.approx(step / np.sqrt(12.0), rel=0.1)
     assert any("larger than their noise" in text for text in report.warnings)
+
+
+@pytest.mark.parametrize(
+    ("step", "unit", "digits"),
+    [
+        (0.01, "m/s^2", True),
+        (1e-3 * STANDARD_GRAVITY, "m/s^2", True),
+        (16.0 / 4096.0 * STANDARD_GRAVITY, "m/s^2", False),
+        (2.0 / 2048.0 * STANDARD_GRAVITY, "m/s^2", False),
+        (np.radians(0.1), "rad/s", True),
+        (np.radians(2000.0 / 32768.0), "rad/s", False),
+    ],
+)
+def test_more_digits_are_asked_for_only_where_digits_make_the_steps(
+    step: float, unit: str, digits: bool
+) -> None:
+    """A converter's steps are no decimal fraction of a unit."""
+    assert ("more digits" in finer_steps(step, unit)) == digits

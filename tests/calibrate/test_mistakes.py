@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation as Attitude
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.gyroscope_report import silent_axes
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.data_quality import check_recording
@@ -420,3 +421,15 @@ def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
     (said,) = check_recording(twice)
     assert "1 sample came with a time too early" in said
     assert "rotations across a gap" not in said
+
+
+def test_a_gyroscope_in_holds_that_sway_is_not_called_dead() -> None:
+    """What a hand does in a hold is not the noise of the sensor."""
+    report = fit_readings(session())
+    turned = np.array([[0.05, 0.0, 0.0]]) ** 2
+    holds = [
+        replace(one, gyroscope_covariance=one.gyroscope_covariance + turned.T * np.eye(3))
+        for one in report.holds
+        if one.gyroscope_covariance is not None
+    ]
+    assert silent_axes(holds, report.rotations) == ()

@@ -109,6 +109,59 @@ def test_an_unchanged_device_is_go(run: Run) -> None:
         assert min(one["power"] for one in sensor["seen"]) > 0.99
 
 
+def reordered(folder: Path, place: Path, columns: dict[str, str], kept: str = "axg") -> Path:
+    """The recording of today with columns taken from others, ``-`` before what is reversed."""
+    lines = (folder / "today.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    found = table.copy()
+    for name, other in columns.items():
+        sign = -1.0 if other.startswith("-") else 1.0
+        found[:, names.index(name)] = sign * table[:, names.index(other.lstrip("-"))]
+    rows = [k for k, name in enumerate(names) if name[0] in f"t{kept}"]
+    header = ",".join(lines[0].split(",")[k] for k in rows)
+    np.savetxt(place, found[:, rows], delimiter=",", header=header, comments="", fmt="%.7f")
+    return place
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        ({"ay": "-ay"}, {"accelerometer": "y points the other way"}),
+        ({"gx": "gz", "gz": "gx"}, {"gyroscope": "x and z are swapped"}),
+        (
+            {"ax": "ay", "ay": "-ax", "gx": "gy", "gy": "-gx"},
+            dict.fromkeys(
+                ("accelerometer", "gyroscope"),
+                "x lies along the calibration's +y, y lies along the calibration's −x",
+            ),
+        ),
+    ],
+)
+def test_other_axes_are_named_and_no_parameter_is_accused(
+    run: Run, folder: Path, tmp_path: Path, columns: dict[str, str], said: dict[str, str]
+) -> None:
+    """A new calibration would not help: the columns or the device's axes have to be corrected."""
+    status, found = run(file=reordered(folder, tmp_path / "other.csv", columns))
+    assert (status, found["verdict"]) == (1, "no-go")
+    for name, one in found["sensors"].items():
+        assert one["verdict"] == ("no-go" if name in said else "go")
+        assert said.get(name, "") in one["says"]
+        assert not one["moved"]
+    assert found["says"].startswith("the readings do not have the axes of the calibration")
+
+
+def test_of_an_accelerometer_alone_other_axes_are_one_explanation(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    """Its bias may have moved by twice its size as well: both are said."""
+    file = reordered(folder, tmp_path / "alone.csv", {"ay": "-ay"}, kept="a")
+    found = run(file=file)[1]
+    assert found["sensors"]["accelerometer"]["verdict"] == "no-go"
+    assert "bias_y has moved" in found["says"]
+    assert "agree with the calibration if the accelerometer's y points" in found["says"]
+
+
 @pytest.mark.parametrize(
     ("column", "more", "times", "sensor", "parameter", "by"),
     [

@@ -12,7 +12,9 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.next_poses import next_requests
+from imucal_wizard.diagnose.recheck import judge_field
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
@@ -210,8 +212,14 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     made = Benches(fit_readings(counts), counts)
     bench = field_bench(made, anew=False)
     bench.add("current")
-    says = diagnosis_of(made, bench).says
-    assert "which of them are usual rests on a field of 50 µT" in says
+    said = diagnosis_of(made, bench)
+    assert "which of them are usual rests on a field of 50 µT" in said.says
+    limit = graded(made.report, {"magnetometer": said})["magnetometer"].limit
+    counted = next(p for p in bench.fit.parameters if p.name == "field").value
+    assert limit == pytest.approx(0.5 * counted / 50.0, rel=0.01)
+    even = judge_field(counted * np.eye(3)[[0, 1, 2, 0, 1, 2]], None, limit or 0.0, 1.0, "count")
+    assert "limit 4.8" in even.says
+    assert even.says.endswith("count")
     found = next(p for p in bench.fit.parameters if p.name == "current_x")
     assert found.unit == "count/A"
     assert found.value == pytest.approx(3.0, rel=0.05)

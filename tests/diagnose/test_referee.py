@@ -122,3 +122,14 @@ def test_the_gyroscope_does_not_judge_a_dead_zone() -> None:
     heard = said.findings.opinion.heard
     assert heard is None or ("dead-zone",) not in heard.with_terms
     assert "contradicts" not in said.says
+
+
+def test_a_dead_zone_in_the_model_leaves_the_gyroscope_no_error() -> None:
+    """Holds within the zone do not show up, and the gyroscope is told so."""
+    benches = Benches(*fitted("dead-zone:4:y", poses="26", rotations=6, seed=3))
+    benches.accelerometer.add("dead-zone")
+    gyroscope = benches.bench("gyroscope")
+    assert gyroscope is not None
+    assert gyroscope.fit.floor_fitted is not None
+    assert gyroscope.fit.rms_fitted < 2.0 * gyroscope.fit.floor_fitted
+    assert "hide up to 0.44° of the direction of gravity" in gyroscope.measured.assumption

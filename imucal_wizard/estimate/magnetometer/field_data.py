@@ -99,7 +99,7 @@ class FieldData:
     @property
     def field_unit(self) -> FieldUnit:
         """The unit of corrected readings."""
-        return _field_unit(self.error_unit, self.field)
+        return field_unit(self.error_unit, self.field)
 
     @property
     def noise_of_sample(self) -> float:
@@ -163,7 +163,7 @@ def field_data(
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
     scatter = per_sample + pieces.spread(rounded)
     longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
-    corrected = _field_unit(error_unit, magnitude)
+    corrected = field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
     seen = unit_vectors(pieces.mean(magnetic))
     poses = group_directions(seen, SAME_FIELD)
@@ -282,7 +282,13 @@ def with_surroundings(data: FieldData, readings: Readings) -> FieldData:
     return replace(data, pieces=pieces, samples=samples, circumstances=known, readings=readings)
 
 
-def _field_unit(unit: str, magnitude: float) -> FieldUnit:
+def field_unit(unit: str, magnitude: float) -> FieldUnit:
+    """The unit of a field's errors; of counts one µT is what a usual field makes it.
+
+    Args:
+        unit: ``uT`` or ``count``.
+        magnitude: of the field in it.
+    """
     return FieldUnit(unit, magnitude / USUAL_FIELD) if unit == COUNT else FieldUnit()
 
 

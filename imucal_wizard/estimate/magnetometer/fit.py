@@ -305,11 +305,17 @@ def _warnings(found: MagnetometerFit) -> list[str]:
                 f"{run.samples} single samples of the magnetometer lie up to {size} off the "
                 f"others: {verb}"
             )
-        else:
-            notes.append(
-                f"the field was disturbed from {run.start:.1f} to {run.end:.1f} s by up to {size} "
-                f"(iron, a magnet or a loudspeaker passed): {run.samples} samples {verb}"
-            )
+    runs = [run for run in found.left_out if not run.single]
+    if runs:
+        where = f"from {runs[0].start:.1f} to {runs[0].end:.1f} s"
+        if len(runs) > 1:
+            where = f"in {len(runs)} stretches, the first {where},"
+        most = f"{max(run.size for run in runs):.3g} {unit_sign(unit)}"
+        notes.append(
+            f"the field was disturbed {where} by up to {most}: "
+            f"{sum(run.samples for run in runs)} samples {verb}. Iron, a magnet or a current was "
+            "near, or the axes are read at different times while the device turns"
+        )
     covered = found.filled > 0
     off = float(np.linalg.norm(centres()[covered].mean(axis=0)))
     seen = int(covered.sum())

@@ -18,7 +18,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.poses import axes_in_words
 from imucal_wizard.core.quaternions import (
     cross,
     quarter_turns,
@@ -55,9 +55,6 @@ ROUGH_STEP = 1e-3
 LARGEST_DAMPING = 1e6
 ALIGNMENT_FINALISTS = 4
 """Ends that go on by absolute errors: several starts lead to each."""
-MIN_ALONG_AXIS = 0.8
-"""Cosine from which on an axis lies along another one (37°)."""
-
 End = tuple[FloatArray, float]
 """R, shape (3, 3), and the level ``−sin(dip)``."""
 
@@ -92,20 +89,7 @@ class Alignment:
     @property
     def axes(self) -> str:
         """How the magnetometer's axes are mounted, in words; "" if they are the accelerometer's."""
-        nearest = np.abs(self.rotation).argmax(axis=0)
-        along = self.rotation[nearest, np.arange(3)]
-        if sorted(nearest.tolist()) != [0, 1, 2] or np.abs(along).min() < MIN_ALONG_AXIS:
-            return ""
-        parts = []
-        for i, j in enumerate(nearest.tolist()):
-            if i == j and along[i] < 0.0:
-                parts.append(f"{AXES[i]} points the other way")
-            elif i < j and nearest[j] == i and along[i] > 0.0 and along[j] > 0.0:
-                parts.append(f"{AXES[i]} and {AXES[j]} are swapped")
-            elif i != j and (nearest[j] != i or along[i] < 0.0 or along[j] < 0.0):
-                sign = "+" if along[i] > 0.0 else "−"
-                parts.append(f"{AXES[i]} lies along the accelerometer's {sign}{AXES[j]}")
-        return ", ".join(parts)
+        return axes_in_words(self.rotation, "the accelerometer's")
 
     @property
     def rms(self) -> float:

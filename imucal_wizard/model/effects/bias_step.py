@@ -32,6 +32,7 @@ class BiasStep(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
+    sudden = True
     title = "step of the bias"
     equation = "ε_i = Bᵢ from the moment on"
     order = 33

@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
+    DATA_SHEET_UNIT,
     MILLI_G,
     AxisEffect,
     Circumstances,
@@ -18,6 +19,10 @@ from imucal_wizard.model.effect import (
 USUAL_WIDTH = 2e-3
 """Half width of the zone inside which the error grows with the force, g: that of the usual size.
 Poses are placed ten times less exactly, so that another width makes no difference to a fit."""
+
+MAX_AXIS_ERROR = 0.03
+"""Angle between an axis of the sensor, whose zone it is, and that of the body, rad; the force
+across it then moves the zone by as many g."""
 
 
 class DeadZone(AxisEffect):
@@ -68,6 +73,15 @@ class DeadZone(AxisEffect):
         """``−sign(x_i)``, softened within the usual zone."""
         del variant
         return -np.clip(sensed(sensor, c) / USUAL_WIDTH, -1.0, 1.0)
+
+    def hidden(self, sensor: str, c: Circumstances, sizes: FloatArray) -> FloatArray:
+        """See ``Effect``: within the zone the input may be anything from end to end.
+
+        The correction puts a reading within the zone at one of its ends.
+        """
+        width = np.abs(sizes) * self.sizes[sensor].si / DATA_SHEET_UNIT[sensor]
+        inside = np.abs(sensed(sensor, c)) <= width + MAX_AXIS_ERROR
+        return np.asarray(inside * 2.0 * width * DATA_SHEET_UNIT[sensor])
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""

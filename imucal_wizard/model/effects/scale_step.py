@@ -34,6 +34,7 @@ class ScaleStep(AxisEffect):
     family = "slow-scale"
     against = "time"
     kind = "time"
+    sudden = True
     paired = False
     title = "step of the scale"
     equation = "ε_i = Sᵢ x_i from the moment on"

@@ -112,6 +112,15 @@ class MagnitudeRows(Rows):
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 
+    def hidden(self) -> FloatArray:
+        """Largest error of the force that readings do not show, of all axes, m/s², shape (n,)."""
+        where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
+        found = np.zeros((len(self.force), 3))
+        sizes = self._terms.split(self._calibration.sizes)
+        for term, own in zip(self._terms.terms, sizes, strict=True):
+            found += term.effect.hidden(ACCELEROMETER, where, own)
+        return np.asarray(found.max(axis=1))
+
     def _of_effects(self, terms: Sequence[Term]) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
         return columns_of(terms, ACCELEROMETER, where)

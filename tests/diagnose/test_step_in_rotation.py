@@ -1,0 +1,48 @@
+"""A gyroscope's step inside a rotation turns only the rest of that rotation."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.grade import graded
+from imucal_wizard.diagnose.survey import diagnosis_of
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.result import RESTS_LEFT_OUT
+from tests.diagnose.recordings import fitted
+
+
+def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
+    """The moment is fitted inside the rotation, not put half way between its holds."""
+    report, readings = fitted(rotations=2)
+    gyroscope, start = readings.gyroscope, readings.accelerometer.time[0]
+    assert gyroscope is not None
+    rotation = report.rotations[20]
+    first, last = rotation.before.end - start, rotation.after.start - start
+    moment = first + 0.9 * (last - first)
+    bias = np.outer(gyroscope.time - start >= moment, np.radians([0.3, 0.0, 0.0]))
+    stepped = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + bias))
+    bench = Benches(fit_readings(stepped), stepped).bench("gyroscope")
+    assert bench is not None
+    bench.add("bias-step", near=0.5 * (first + last))
+    (term,) = bench.fit.terms
+    assert term.variant == pytest.approx(moment, abs=0.15)
+    assert bench.fit.rms_fitted < 1.5 * (bench.fit.floor_fitted or 0.0)
+
+
+def test_rests_that_are_left_out_make_no_complete_model() -> None:
+    """What is left repeats; the rests that are left out say that the sensor does not."""
+    report, readings = fitted(rotations=2)
+    rests = "in 9 rests of the accelerometer the gyroscope's mean is up to 9.0 °/s off, "
+    told = replace(report, warnings=(f"{rests}{RESTS_LEFT_OUT}: its bias jumped or drifted",))
+    benches = Benches(told, readings)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    said = diagnosis_of(benches, bench)
+    assert said.verdict is Verdict.NOT_REPEATABLE
+    assert "its bias jumped or drifted. In the holds alone the error is" in said.says
+    assert "complete" not in said.says
+    grade = graded(told, {"gyroscope": said})["gyroscope"]
+    assert grade.why == "it reads another mean in rests that are left out"
