@@ -46,7 +46,14 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
     (said,) = diagnose_benches(benches("second-order:5:x"), {}, automatic=True)
     assert said.added == ("second-order",)
     text = said.says
-    for words in ("follows the force", "second-order", "±", "mg/g²", "up wrong by", "falls from"):
+    for words in (
+        "follows the force",
+        "second-order",
+        "±",
+        "mg/g²",
+        "up direction wrong by",
+        "falls from",
+    ):
         assert words in text
 
 
