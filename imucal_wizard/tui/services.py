@@ -526,8 +526,9 @@ def _kept(session: "SessionInfo") -> SourceChoice:
 
     when = date_text(session.created).removeprefix(f"{day_text(time.time())} ")
     title = f"resume session of {when}, at {TITLES.get(session.step, session.step)}"
-    if session.problem or session.finished:
+    unfinished = not (session.problem or session.finished)
+    if not unfinished:
         title = f"session of {when}, {session_state(session)}"
     held = f"{plural(session.holds, 'hold')} in {clock(session.seconds)}"
     detail = session.problem or f"{held}, {session.description.named or session.source}"
-    return SourceChoice(SourceKind.SESSION, str(session.path), title, detail)
+    return SourceChoice(SourceKind.SESSION, str(session.path), title, detail, unfinished)

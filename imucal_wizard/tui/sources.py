@@ -110,12 +110,14 @@ class SourceChoice:
         target: device name, URL or path; "" for the virtual device.
         title: for the list.
         detail: one more line for the list.
+        unfinished: a session that can be continued.
     """
 
     kind: SourceKind
     target: str = ""
     title: str = ""
     detail: str = ""
+    unfinished: bool = False
 
 
 class SourceOpener:

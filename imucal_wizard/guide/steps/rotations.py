@@ -374,7 +374,7 @@ class RotationsStage:
                 status,
                 act=Act.POSE,
                 instruction=turn_up(start),
-                detail=f"{axis} must be level, so that gravity shows the rotation",
+                detail=f"{axis} must be level: gravity then shows the angle",
                 wanted=start,
                 aim=(x, y, z),
                 off_by=math.degrees(angle_between(up, DIRECTIONS[start])),
@@ -387,7 +387,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; these improve the fit most",
+            detail="any angle and speed will do; these help most",
         )
 
     def _rotation(self) -> RotationStatus:
