@@ -73,6 +73,10 @@ class Services(Protocol):
         """
 
     @property
+    def exercise(self) -> bool:
+        """Whether an effect is hidden in the source: the bench hides its answer until a guess."""
+
+    @property
     def description(self) -> Description:
         """Device, place and operator of the present source."""
 
@@ -187,6 +191,11 @@ class WizardServices:
     def open_source(self, choice: SourceChoice) -> SampleSource:
         """Make the chosen source."""
         return self.sources.open(choice)
+
+    @property
+    def exercise(self) -> bool:
+        """Whether an effect is hidden in the source: the bench hides its answer until a guess."""
+        return self.sources.exercise
 
     @property
     def description(self) -> Description:

@@ -283,7 +283,7 @@ class RecheckScreen(PoseScreen):
     def progress_words(self, status: Status) -> str:
         """How many of the changes would be seen."""
         done, wanted = status.progress
-        return f"{done:.0f} of {wanted:.0f} changes would be seen"
+        return f"{done:.0f} of {wanted:.0f} checks done"
 
 
 class UpDownScreen(PoseScreen):
