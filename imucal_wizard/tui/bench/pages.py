@@ -13,7 +13,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
-from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of
+from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
 from imucal_wizard.model.lesson import BASE_LESSONS, lesson, picture
@@ -39,8 +39,7 @@ def rows_for(snapshot: BenchSnapshot, term: str, width: int, *, hidden: bool = F
     if term not in known:
         return plain_rows(term, snapshot.sensor, width)
     suspect = next((one for one in snapshot.findings.suspects if one.term == term), None)
-    over = picture(known[term], snapshot.sensor).x_label.split()[0]  # as the lesson's picture
-    views = [view for view in snapshot.views if view.x_label.split()[0] == over] or snapshot.views
+    views = views_over(snapshot.views, known[term], snapshot.sensor)
     own = None if suspect is None else clearest(snapshot.findings, views, suspect)
     if own is not None and hidden:
         own = replace(own, predicted=None, suspect="")
