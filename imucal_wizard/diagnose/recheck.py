@@ -396,7 +396,7 @@ def device_verdict(
     reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
     advice = {
         RecheckVerdict.GO: "the calibration is still good",
-        RecheckVerdict.NO_GO: "a new calibration is worth it",
+        RecheckVerdict.NO_GO: "calibrate the device again",
         RecheckVerdict.INSUFFICIENT: "this check cannot decide",
     }[verdict]
     says = "; ".join([advice, *reasons, *notes])

@@ -423,7 +423,7 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     report = replace(report, rates={"accelerometer": 100.0})
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
     assert said.found[0].term == "cross-product"
-    assert "only in combination" in said.says
+    assert "not determined alone" in said.says
     assert "xyz" in said.says
 
 

@@ -117,7 +117,7 @@ class RotationJudge:
             return f"{axis} pointed up or down at the end"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
-            return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
+            return f"the gyroscope shows {circles:.0f} whole circles: is its unit right?"
         motion.axis, motion.angle = axis, math.degrees(angle)
         motion.fastest = self._fastest(motion, axis)
         return motion.problem or self._too_small(motion)
