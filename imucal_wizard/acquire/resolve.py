@@ -46,7 +46,7 @@ class ResolvedColumns:
     Attributes:
         columns: one per column of the rows, with units if they are known.
         needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
-            for a recording.
+            for a recording; or ``NEEDS_ACCELEROMETER``.
         notes: messages to the user about guesses and their reasons, or about missing data.
     """
 
@@ -88,8 +88,12 @@ def resolve_columns(
     accelerometer = {"ax", "ay", "az"} & channels
     others = any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR)
     if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
-        message = _lacking("accelerometer", channels)
-        return ResolvedColumns(columns, ("columns",), (*notes, message))
+        unknown = accelerometer or not others or not all(c.channel for c in columns)
+        message = _lacking("accelerometer", channels) if unknown else _NO_ACCELEROMETER
+        if not unknown and sensor_places(columns, "magnetometer"):
+            message += _MAGNETOMETER_ALONE
+        needs = ("columns",) if unknown else NEEDS_ACCELEROMETER
+        return ResolvedColumns(columns, needs, (*notes, message))
     for sensor in ("gyroscope", "magnetometer"):
         if set(SENSOR_CHANNELS[sensor]) & channels and not sensor_places(columns, sensor):
             notes.append(_lacking(sensor, channels) + " It is left out.")
@@ -103,6 +107,13 @@ def resolve_columns(
     return _with_units(setup, columns, values, arrivals, notes)
 
 
+NEEDS_ACCELEROMETER = ("accelerometer",)
+"""What a live stream needs that has other sensors only: nothing that could be entered."""
+_NO_ACCELEROMETER = (
+    "The stream has no accelerations, and gravity is the reference of all steps: print ax, ay and "
+    "az, too."
+)
+_MAGNETOMETER_ALONE = " A magnetometer alone is calibrated from a recording, without the steps."
 _ASK = (
     "The lines contain numbers without known names. State which column is which, for example "
     "ax,ay,az,gx,gy,gz."

@@ -73,7 +73,8 @@ def parser() -> Parser:
         action="append",
         default=[],
         metavar="SENSOR=VALUE",
-        help="the limit of a sensor's error, like accelerometer=2mg or gyroscope=0.3deg/s",
+        help="the limit of a sensor's error, like accelerometer=2mg or gyroscope=0.3deg/s; an angle"
+        " per rotation, like gyroscope=1deg, counts as 0.3 deg/s",
     )
     made.add_argument(
         "--grade",

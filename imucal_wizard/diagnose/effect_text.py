@@ -95,7 +95,7 @@ def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArra
     most = float(np.abs(sizes[clear]).max())
     unclear = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
     names = [parameters[k].name for k in unclear if k not in clear and np.abs(sizes[k]) > most]
-    return f"{text}; {', '.join(names)} only in combination" if names else text
+    return f"{text}; {', '.join(names)} not determined alone" if names else text
 
 
 def leading_sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
@@ -128,13 +128,13 @@ def seen_from(one: Suspect) -> str:
     if np.isfinite(named):
         words += f", named from {_told(named, one.nameable_interval, unit)}"
         if one.never_named:
-            words += f" but on {', '.join(one.never_named)} at no size"
+            words += f" (never on {', '.join(one.never_named)})"
     else:
         words += ", named at no size: other explanations fit as well"
     if one.sized.variant is not None:
         words += f" (at {one.sized.variant:.0f} s)"
     hard = one.hardly_shown
-    return f"{words}; hardly ever on {', '.join(hard)}" if hard else words
+    return f"{words}; hardly shown on {', '.join(hard)}" if hard else words
 
 
 def _told(size: float, interval: tuple[float, float] | None, unit: str) -> str:

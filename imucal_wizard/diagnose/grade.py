@@ -43,7 +43,7 @@ _REASONS = {
     Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
     Verdict.UNEXPLAINED: "more than noise is left, and no explanation is certain",
     Verdict.NOT_REPEATABLE: "the same pose does not repeat",
-    Verdict.DISTURBED: "a part of the measurement does not fit with all others",
+    Verdict.DISTURBED: "a part of the measurement disagrees with all the rest",
     Verdict.INSUFFICIENT: "the data are too few for this model",
     Verdict.WAITING: "the accelerometer's model must be completed first",
 }

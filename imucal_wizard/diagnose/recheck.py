@@ -403,7 +403,7 @@ def device_verdict(
         advice
         or {
             RecheckVerdict.GO: "the calibration is still good",
-            RecheckVerdict.NO_GO: "a new calibration is worth it",
+            RecheckVerdict.NO_GO: "calibrate the device again",
             RecheckVerdict.INSUFFICIENT: "this check cannot decide",
         }[verdict]
     )

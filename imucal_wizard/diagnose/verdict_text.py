@@ -539,9 +539,8 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"direction by {_degrees(angle)}, within the noise. It can matter at 2 g and more."
             )
         ]
-    return [
-        f"The choice between {names} changes up by {_degrees(angle)} rms, so it matters at 1 g too."
-    ]
+    change = f"changes the up direction by {_degrees(angle)} rms"
+    return [f"The choice between {names} {change}, so it matters at 1 g too."]
 
 
 def _would_decide(one: Apart, beyond: str) -> str:

@@ -22,6 +22,8 @@ from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.estimate.experiment import Beside
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.lesson import picture
 from imucal_wizard.model.rows.source import RowSource
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.unknown_shape import UnknownShape
@@ -40,7 +42,8 @@ _LOOK_FOR = {
     "temperature": "A slope indicates a bias or a scale that depends on the temperature.",
     "previous": "A slope indicates hysteresis: the reading depends on the pose before.",
     "vibration": "A slope indicates vibration rectification.",
-    "current": "A straight line through zero indicates the field of the board's own current.",
+    "current": "A straight line through the points of one direction indicates the field of the "
+    "board's own current.",
     "rate": "An angle that grows with the rate indicates a scale that depends on rate or sense.",
     "up": "A dependence on the direction before the rotation indicates a g-sensitivity.",
     "model": "If × and ∘ differ by more than the noise, the model lacks something.",
@@ -190,6 +193,33 @@ def clearest(
             if share > most:
                 best, most = drawn, share
     return best
+
+
+def views_over(
+    views: Sequence[ResidualView], effect: Effect, sensor: str
+) -> Sequence[ResidualView]:
+    """The pictures over what an effect depends on, as its lesson has; all if there is none."""
+    over = picture(effect, sensor).x_label.split()[0]
+    return [view for view in views if view.x_label.split()[0] == over] or views
+
+
+def opening_view(
+    diagnosis: Diagnosis, views: Sequence[ResidualView], effects: Sequence[Effect]
+) -> int:
+    """Place of the picture to begin with: over what the missing effect depends on.
+
+    A misfit that follows the course of a current may run along another quantity by chance.
+    Without a name for the misfit, the picture that explains most of it.
+    """
+    named = diagnosis.explanations[0] if diagnosis.explanations else ()
+    for one in diagnosis.suspects:
+        effect = next((effect for effect in effects if effect.name == one.term), None)
+        if one.term in named and effect is not None and diagnosis.findings is not None:
+            own = views_over(views, effect, diagnosis.sensor)
+            drawn = clearest(diagnosis.findings, own, one)
+            if drawn is not None:
+                return [view.name for view in views].index(drawn.name)
+    return most_telling(views)
 
 
 def most_telling(views: Sequence[ResidualView]) -> int:

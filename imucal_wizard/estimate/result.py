@@ -121,9 +121,9 @@ def worse_than_none(
         return ""
     if held_out is None:
         return (
-            f"{plural(freedom or 0, 'degree')} of freedom and {quantity(fitted, unit)} fitted do "
-            f"not exclude that the {sensor}'s calibration is worse than none "
-            f"({quantity(before, unit)}): do not apply it; measure more positions and rotations"
+            f"the {sensor}'s calibration may be worse than none: {quantity(fitted, unit)} fitted "
+            f"with {plural(freedom or 0, 'degree')} of freedom, {quantity(before, unit)} without "
+            "it. Do not apply it; measure more positions and rotations"
         )
     errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
     return (

@@ -148,5 +148,5 @@ def disagreement(motion: KeptRotation, *, scale_known: bool) -> str:
     if abs(felt) < margin:
         return f"{turn} not at all: is its {axis} axis dead, or its column another one?"
     if abs(felt + seen) <= margin:
-        return f"{turn} by {signed(felt)}: the sign of its {axis} axis is wrong."
+        return f"{turn} by {signed(felt)}: correct the sign of its {axis} axis."
     return f"{turn} by {signed(felt)}: check its unit and the sample rate."

@@ -10,6 +10,7 @@ they add up linearly.
 """
 
 import inspect
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 
@@ -74,9 +75,9 @@ class Cost:
     heading_worst: float | None = None
 
     def words(self, *, worst: bool = False) -> str:
-        """``up wrong by 0.068° rms``, with the largest error where that is asked for."""
+        """``the up direction wrong by 0.068° rms``, with the largest error if asked for."""
         kinds = (
-            ("up wrong by", self.tilt_rms, self.tilt_worst),
+            ("the up direction wrong by", self.tilt_rms, self.tilt_worst),
             ("the heading wrong by", self.heading_rms, self.heading_worst),
             ("a full rotation wrong by", self.rotation_rms, self.rotation_worst),
         )
@@ -312,28 +313,52 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
     return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
 
 
-_FAMILIES = {
-    "orientation": "at 1 g, or at one speed, the members of this family cause nearly the same "
-    "error. Other forces or speeds separate them, sometimes more data do.",
-    "time": "during a single slow change the members of this family cause nearly the same error. "
-    "A session with repeated poses, in which the temperature rises and falls, separates them.",
+_APART = {
+    "orientation": "At 1 g, or at one speed, they cause nearly the same error. Other forces or "
+    "speeds separate them, sometimes more data do.",
+    "time": "During a single slow change they cause nearly the same error. A session with "
+    "repeated poses, in which the temperature rises and falls, separates them.",
 }
-"""What separates the members of a family, by the kind of its effects."""
-BASE_LESSONS = {
-    "bias": "The reading when the input is zero. It shifts every reading by the same amount. Turn "
-    "the device over: half the sum of the two readings is the bias.",
-    "scale": "The reading per unit of the input. Turn the device over: half the difference of the "
-    "two readings is one g in the sensor's own unit.",
-    "non-orthogonality": "The three axes are not exactly at right angles, so each axis measures a "
-    "small part of the force along the others. Poses between the faces (edges) show it.",
-    "soft-iron": "Iron and nickel near the chip concentrate the field, more in one direction than "
-    "in others: the sphere of the readings becomes an ellipsoid. Scale and non-orthogonality have "
-    "the same effect and are included. A circle on each of the six faces shows it.",
-    "disturbed": "One hold or rotation that differs from all others, because somebody touched the "
-    "table or the device was not at rest. It is disturbed if the others agree with one another "
-    "without it. Do not delete it; measure it again.",
+"""What separates effects that look alike, by their kind."""
+_DISTURBED = (
+    "One hold or rotation that differs from all others, because somebody touched the table or the "
+    "device was not at rest. It is disturbed if the others agree with one another without it. Do "
+    "not delete it; measure it again."
+)
+BASE_LESSONS: dict[str, dict[str, str]] = {
+    ACCELEROMETER: {
+        "bias": "The reading when the input is zero. It shifts every reading by the same amount. "
+        "Turn the device over: half the sum of the two readings is the bias.",
+        "scale": "The reading per unit of force. Turn the device over: half the difference of the "
+        "two readings is one g in the sensor's own unit.",
+        "non-orthogonality": "The three axes are not exactly at right angles, so each axis "
+        "measures a small part of the force along the others. Poses between the faces (edges) "
+        "show it.",
+        "disturbed": _DISTURBED,
+    },
+    GYROSCOPE: {
+        "bias": "The reading at rest. It shifts every reading by the same amount, so that an angle "
+        "integrated from the rate grows steadily. Let the device rest in several poses: the mean "
+        "reading is the bias.",
+        "scale": "The reading per unit of rate. Rotate the device by one full circle against a "
+        "stop: the integrated angle, less that of the bias, over 360° is the scale.",
+        "non-orthogonality": "The three axes are not exactly at right angles, nor parallel to "
+        "those of the accelerometer, so each axis measures a small part of the rate about the "
+        "others. Rotations about all three axes show it.",
+        "disturbed": _DISTURBED,
+    },
+    MAGNETOMETER: {
+        "bias": "The offset of the chip and the field of magnetised parts that turn with it (hard "
+        "iron): it moves the centre of the sphere of readings. Turn an axis towards the field and "
+        "then away from it: half the sum of the two readings is the bias.",
+        "soft-iron": "Iron and nickel near the chip concentrate the field, more in one direction "
+        "than in others: the sphere of the readings becomes an ellipsoid. Scale and "
+        "non-orthogonality have the same effect and are included. A circle on each of the six "
+        "faces shows it.",
+        "disturbed": _DISTURBED,
+    },
 }
-"""The lesson of each term of the base, and of a disturbed hold."""
+"""For each sensor, the lesson of each term of its base, and of a disturbed hold or rotation."""
 
 
 @dataclass(frozen=True)
@@ -349,14 +374,26 @@ class Lesson:
     remedy: str = ""
     confirm: str = ""
     source: str = ""
-    family: str = ""
+    alike: str = ""
 
 
 _CHOICE = "*"
 
 
-def lesson(effect: Effect, sensor: str) -> Lesson:
-    """The lesson about this effect on this sensor."""
+def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> tuple[str, ...]:
+    """The effects of this sensor that ordinary data can hardly separate from this one."""
+    return tuple(
+        other.name
+        for other in catalogue
+        if other.name != effect.name
+        and sensor in other.sensors
+        and ((effect.family and other.family == effect.family) or other.name in effect.aliases)
+    )
+
+
+def lesson(effect: Effect, sensor: str, catalogue: Iterable[Effect] = ()) -> Lesson:
+    """The lesson about this effect on this sensor, beside the other effects of a catalogue."""
+    alike = ", ".join(lookalikes(effect, sensor, catalogue))
     story = effect.stories.get(sensor) or _plain_story(effect)
     return Lesson(
         what=story.what,
@@ -368,7 +405,7 @@ def lesson(effect: Effect, sensor: str) -> Lesson:
         remedy=story.remedy,
         confirm=story.confirm,
         source=story.source,
-        family=f"{effect.family}: {_FAMILIES.get(effect.kind, '')}" if effect.family else "",
+        alike=f"{alike}. {_APART.get(effect.kind, '')}".rstrip() if alike else "",
     )
 
 

@@ -226,10 +226,10 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
     if alignment.axes:
         lines.append(f"  the magnetometer's axes: {alignment.axes}")
     if abs(dip) > MIN_DIP_OF_HEMISPHERE:
-        here, there = ("north", "south") if dip > 0.0 else ("south", "north")
+        sign, there = ("positive", "south") if dip > 0.0 else ("negative", "north")
         # m and −m fit gravity and every rotation equally: only the user knows the hemisphere
         lines.append(
-            f"  that is {here} of the magnetic equator: if you are {there}, an axis is mirrored"
+            f"  {sign} dip: if you are {there} of the magnetic equator, an axis is mirrored"
         )
     left = len(alignment.used) - used
     if left:
@@ -255,7 +255,7 @@ def _gyroscope(stage: "SecondStage") -> list[str]:
     ]
     if added.standard_errors is not None:
         share = 100.0 * added.standard_errors
-        lines.append(f"    standard errors of its gains are {share:.0f} % of what they were")
+        lines.append(f"    standard errors of its gains: {share:.0f} % of those by gravity alone")
     return lines
 
 

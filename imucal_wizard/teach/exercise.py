@@ -25,6 +25,8 @@ from imucal_wizard.teach.seal import (
     unseal_text,
 )
 
+ANSWER_SUFFIX = ".mystery"
+"""Of the answer, beside the recording or session of the same name."""
 LOCKED_SCHEMA = "imucal-wizard/mystery/2"
 LOCKED_NOTE = "encrypted with the class's key; imucal-wizard simulate opens it"
 COVERED_SCHEMA = "imucal-wizard/mystery/1"
@@ -74,7 +76,7 @@ def make_exercise(
         UsageError: an unknown grade or set of poses, an empty key, a recording named ``.mystery``,
             or a file that cannot be written.
     """
-    answer = recording.with_suffix(".mystery")
+    answer = recording.with_suffix(ANSWER_SUFFIX)
     if answer == recording:
         raise UsageError(f"{recording} is the name of the answer; name the recording .csv")
     if key is not None and not key.strip():

@@ -8,7 +8,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach.draw import draw_effect, exercise_sensors, random_generator, virtual_sensor
-from imucal_wizard.teach.exercise import cover_answer
+from imucal_wizard.teach.exercise import ANSWER_SUFFIX, cover_answer
 from imucal_wizard.teach.seal import Sealed, seal_text, unseal_text
 
 _COVER, _PARTS = "imucal-wizard", ("salt", "digest", "text")
@@ -87,6 +87,6 @@ def seal_beside_session(session: Path, made: ExerciseSession, key: str) -> Path:
     Raises:
         UsageError: it cannot be written.
     """
-    answer = session.with_suffix(".mystery")
+    answer = session.with_suffix(ANSWER_SUFFIX)
     cover_answer(answer, session.name, made.grade, made.truth, key)
     return answer

@@ -111,7 +111,6 @@ class AppSettings:
         countdown: time for which the result is shown before the validation begins, s.
         header_patience: time to wait for a header before the columns are asked for, s; devices
             that repeat their header do so within five seconds.
-        predict: the bench hides its answer until a guess when it is opened first.
     """
 
     auto: bool = False
@@ -119,4 +118,3 @@ class AppSettings:
     muted: bool = False
     countdown: float = 20.0
     header_patience: float = 6.0
-    predict: bool = False

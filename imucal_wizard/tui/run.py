@@ -40,9 +40,7 @@ def run_wizard(options: WizardOptions) -> int:
     """
     _check(options)
     services = WizardServices(options)
-    settings = AppSettings(
-        options.auto, options.quit, options.muted, predict=options.mystery is not None
-    )
+    settings = AppSettings(options.auto, options.quit, options.muted)
     if options.auto or options.quit:
         settings = replace(settings, countdown=AUTO_COUNTDOWN)
     app = WizardApp(services, settings, first_choice(options))

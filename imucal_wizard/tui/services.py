@@ -73,6 +73,10 @@ class Services(Protocol):
         """
 
     @property
+    def exercise(self) -> bool:
+        """Whether an effect is hidden in the source: the bench hides its answer until a guess."""
+
+    @property
     def description(self) -> Description:
         """Device, place and operator of the present source."""
 
@@ -187,6 +191,11 @@ class WizardServices:
     def open_source(self, choice: SourceChoice) -> SampleSource:
         """Make the chosen source."""
         return self.sources.open(choice)
+
+    @property
+    def exercise(self) -> bool:
+        """Whether an effect is hidden in the source: the bench hides its answer until a guess."""
+        return self.sources.exercise
 
     @property
     def description(self) -> Description:
@@ -526,8 +535,9 @@ def _kept(session: "SessionInfo") -> SourceChoice:
 
     when = date_text(session.created).removeprefix(f"{day_text(time.time())} ")
     title = f"resume session of {when}, at {TITLES.get(session.step, session.step)}"
-    if session.problem or session.finished:
+    unfinished = not (session.problem or session.finished)
+    if not unfinished:
         title = f"session of {when}, {session_state(session)}"
     held = f"{plural(session.holds, 'hold')} in {clock(session.seconds)}"
     detail = session.problem or f"{held}, {session.description.named or session.source}"
-    return SourceChoice(SourceKind.SESSION, str(session.path), title, detail)
+    return SourceChoice(SourceKind.SESSION, str(session.path), title, detail, unfinished)

@@ -110,12 +110,14 @@ class SourceChoice:
         target: device name, URL or path; "" for the virtual device.
         title: for the list.
         detail: one more line for the list.
+        unfinished: a session that can be continued.
     """
 
     kind: SourceKind
     target: str = ""
     title: str = ""
     detail: str = ""
+    unfinished: bool = False
 
 
 class SourceOpener:
@@ -129,6 +131,7 @@ class SourceOpener:
         title: of the source.
         played: the recording being played, or None.
         watched: the session being played, or None.
+        exercise: an effect is hidden in the source, and its verdicts would give it away.
         sealed: the answer of an exercise, or None.
         gravity: local gravity for the fit, m/s².
         description: device, place and operator of the present source.
@@ -143,6 +146,7 @@ class SourceOpener:
         self.session: Path | None = None
         self.played: Readings | None = None
         self.watched: Path | None = None
+        self.exercise = False
         self.sealed: Path | None = None
         self.gravity = options.gravity or STANDARD_GRAVITY
         self.description = options.description
@@ -165,6 +169,7 @@ class SourceOpener:
         self.title = choice.title or choice.target
         self.session, self.played, self.watched = None, None, None
         self.undone = ""
+        self.exercise, self.sealed = False, None
         self.description = self._options.description
         self.known = None if self.recheck is None else self._known(self.recheck, {})
         if choice.kind is SourceKind.SESSION or choice.target.endswith(SUFFIX):
@@ -247,6 +252,7 @@ class SourceOpener:
             exercise = draw_exercise_session(
                 options.mystery, options.grade, magnetometer=options.magnetometer
             )
+            self.exercise = True
             self.sealed = seal_beside_session(self.session, exercise, options.key)
         return Reader(imu, engine)
 
@@ -355,6 +361,7 @@ class SourceOpener:
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
         resumed = resume_session(path, self._planner_of)
         self.session = path
+        self._hide_again(resumed.about, path)
         self.gravity = self._options.gravity or resumed.engine.settings.gravity
         self.title = resumed.engine.source or self.title
         self._propose(session_info(path).description)
@@ -363,6 +370,15 @@ class SourceOpener:
             source = self._opened_again(resumed)
             on_failure.pop_all()
         return source
+
+    def _hide_again(self, about: Mapping[str, Any], path: Path) -> None:
+        """An earlier session that was an exercise remains one."""
+        self.exercise = "mystery" in about
+        if self.exercise:
+            from imucal_wizard.teach.exercise import ANSWER_SUFFIX
+
+            answer = path.with_suffix(ANSWER_SUFFIX)
+            self.sealed = answer if answer.is_file() else None
 
     def _opened_again(self, resumed: "ResumedSession") -> SampleSource:
         """Open the source of a session again; a device may be at another port now."""
@@ -422,6 +438,7 @@ class SourceOpener:
             engine = past.engine(self._planner_of(past.about))
             player = Player(SessionTape(past), engine, options.speed)
             on_failure.pop_all()
+        self._hide_again(past.about, path)
         self.watched, self.gravity = path, options.gravity or past.settings.gravity
         self._propose(session_info(path).description)
         return player

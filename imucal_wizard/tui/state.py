@@ -228,8 +228,8 @@ class WizardState:
         """
         benches = self.bench()
         with self.models.lock:
-            predict = self.settings.predict
-            return benches.fitted(), {} if predict else self.services.diagnose(benches)
+            judged = {} if self.services.exercise else self.services.diagnose(benches)
+            return benches.fitted(), judged
 
     def judged(self, result: "FitReport", diagnoses: "Mapping[str, Diagnosis]") -> None:
         """Take the fit with the bench's effects, and the diagnoses."""
@@ -301,7 +301,7 @@ class WizardState:
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
         benches = None
         with self.models.lock:
-            if self.models.benches is not None or not self.settings.predict:
+            if self.models.benches is not None or not self.services.exercise:
                 with suppress(DataError):  # the data determine a fit, but no model to be judged
                     benches = self.bench()
             return self.services.save(self.report, benches, place)

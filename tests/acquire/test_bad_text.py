@@ -4,6 +4,7 @@ import numpy as np
 
 from imucal_wizard.acquire.detect import BAUDS, GarbageDetector
 from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
 from imucal_wizard.acquire.setup import StreamSetup, named_columns
 from tests.acquire.streams import HEADER, at_rest, contract, feed, printed, read, warned
 
@@ -35,6 +36,15 @@ def test_a_missing_column_is_named() -> None:
     intake, _ = read(b"t[s],ax[m/s^2],az[m/s^2],gx[rad/s],gy[rad/s],gz[rad/s]\r\n" + rows)
     assert intake.needs == ("columns",)
     assert "ay is missing" in intake.warnings[0]
+
+
+def test_a_magnetometer_alone_is_told_that_the_steps_need_gravity() -> None:
+    """No column is asked for: all of them are known."""
+    rows = printed(at_rest(100)[:, [0, 4, 5, 6]])
+    intake, _ = read(b"t[s],mx[uT],my[uT],mz[uT]\r\n" + rows)
+    assert intake.needs == NEEDS_ACCELEROMETER
+    assert "gravity is the reference" in intake.warnings[0]
+    assert "from a recording" in intake.warnings[0]
 
 
 def test_half_a_gyroscope_is_named_and_left_out() -> None:

@@ -260,12 +260,12 @@ def test_a_mirrored_axis_shows_as_the_other_half_of_the_earth() -> None:
     """Gravity and turns cannot tell m from −m; the text says what the user can check."""
     readings = SESSION.readings(0)
     assert readings.magnetometer is not None
-    seen = "that is north of the magnetic equator: if you are south, an axis is mirrored"
+    seen = "positive dip: if you are south of the magnetic equator, an axis is mirrored"
     assert seen in summary(reported(0))
     mirrored = replace(readings.magnetometer, values=readings.magnetometer.values * [1, 1, -1])
     report = fit_readings(replace(readings, magnetometer=mirrored))
     assert np.degrees(stage_of(report).alignment.dip) == pytest.approx(-SESSION.dip, abs=0.2)
-    assert "that is south of the magnetic equator: if you are north" in summary(report)
+    assert "negative dip: if you are north of the magnetic equator" in summary(report)
     assert max(map(len, summary(report).splitlines())) <= 80
 
 

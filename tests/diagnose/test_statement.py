@@ -46,7 +46,14 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
     (said,) = diagnose_benches(benches("second-order:5:x"), {}, automatic=True)
     assert said.added == ("second-order",)
     text = said.says
-    for words in ("follows the force", "second-order", "±", "mg/g²", "up wrong by", "falls from"):
+    for words in (
+        "follows the force",
+        "second-order",
+        "±",
+        "mg/g²",
+        "up direction wrong by",
+        "falls from",
+    ):
         assert words in text
 
 
@@ -416,7 +423,7 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     report = replace(report, rates={"accelerometer": 100.0})
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
     assert said.found[0].term == "cross-product"
-    assert "only in combination" in said.says
+    assert "not determined alone" in said.says
     assert "xyz" in said.says
 
 

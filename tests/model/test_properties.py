@@ -130,6 +130,18 @@ def test_every_lesson_is_told_in_full(effect: Effect, sensor: str) -> None:
 
 
 @each
+def test_a_lesson_names_what_looks_like_the_effect(effect: Effect, sensor: str) -> None:
+    """All other members of its family that the sensor has, and the aliases of its own."""
+    alike = lesson(effect, sensor, builtin_effects()).alike.split(".")[0].split(", ")
+    others = {one.name for one in builtin_effects() if sensor in one.sensors} - {effect.name}
+    family = {
+        one.name for one in builtin_effects() if effect.family and one.family == effect.family
+    }
+    wanted = (family | set(effect.aliases)) & others
+    assert {name for name in alike if name} == wanted
+
+
+@each
 def test_the_picture_of_a_lesson_shows_the_effect(effect: Effect, sensor: str) -> None:
     """The base model absorbs no effect whole in an ordinary session; 1e-4 mg or °/s is nothing."""
     assert np.abs(picture(effect, sensor).y).max() > 1e-4

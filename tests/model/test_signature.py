@@ -43,3 +43,40 @@ def test_a_typed_formula_is_drawn_over_what_it_depends_on() -> None:
     assert seen.x_label == "temperature, °C"
     wide = picture(FormulaEffect("x: k*T*w", "gyroscope"), "gyroscope", np.array([0.02]))
     np.testing.assert_allclose(wide.y, 2.0 * seen.y)
+
+
+def test_an_asymmetry_bends_nowhere_in_the_magnitude() -> None:
+    """1.5 mg/g leave 1.5·(x|x| − 0.75 x) mg: the gain changes where the axis adds nothing."""
+    seen = picture(effect("asymmetry"), "accelerometer")
+    law = 1.5 * (seen.x * np.abs(seen.x) - 0.75 * seen.x)
+    np.testing.assert_allclose(seen.y, law, atol=0.02)
+    assert "kink" not in effect("asymmetry").stories["accelerometer"].signature
+
+
+def test_a_dead_zone_has_a_kink_in_the_magnitude_and_no_jump() -> None:
+    """2 mg leave −2·(|x| − 15/16 x² − 3/16) mg: one sign at faces and level, another at 45°."""
+    seen = picture(effect("dead-zone"), "accelerometer")
+    law = -2.0 * (np.abs(seen.x) - 15 / 16 * seen.x**2 - 3 / 16)
+    np.testing.assert_allclose(seen.y, law, atol=0.02)
+    signature = effect("dead-zone").stories["accelerometer"].signature
+    assert "kink" in signature
+    assert "jump" not in signature
+
+
+@pytest.mark.parametrize(
+    ("name", "sensor", "untrue"),
+    [
+        ("warm-up", "accelerometer", "zero in the last"),
+        ("vibration-rectification", "accelerometer", "quiet holds have none"),
+        ("current", "magnetometer", "through zero"),
+    ],
+)
+def test_no_signature_forgets_the_mean_that_the_bias_absorbs(
+    name: str, sensor: str, untrue: str
+) -> None:
+    """Where the effect itself is almost nothing, the residual is that of the absorbed mean."""
+    known = effect(name)
+    seen = picture(known, sensor)
+    least = seen.x == (seen.x.max() if name == "warm-up" else seen.x.min())
+    assert np.abs(seen.y[least]).max() > 0.2 * np.abs(seen.y).max()
+    assert untrue not in known.stories[sensor].signature

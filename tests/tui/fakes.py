@@ -371,6 +371,7 @@ class FakeServices:
     history: Callable[[KnownDevice], DeviceHistory] = lambda device: DeviceHistory(
         device, (), (), ()
     )
+    exercise: bool = False
     description: Description = field(default_factory=Description)
     benches: Callable[[FitReport, Benches | None], Benches] = lambda report, before: Benches(
         report, before=before

@@ -1,12 +1,14 @@
 """The magnetometer on the bench's screen: pictures, lesson, adding, and what to measure next."""
 
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from textual.pilot import Pilot
 
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.views import most_telling, opening_view
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.diagnose.recordings import tumbled
 from tests.tui.bench_steps import app_with
@@ -54,6 +56,20 @@ async def test_the_magnetometer_is_one_key_away_and_its_error_falls(drawing: Ben
     assert bench is not None
     before, known = (rung.rms_held_out or 0.0 for rung in bench.ladder)
     assert known < 0.5 * before
+
+
+def test_the_bench_opens_on_what_the_missing_effect_depends_on(drawing: Benches) -> None:
+    """The misfit may run along the temperature too, because both change with time."""
+    bench = drawing.bench("magnetometer")
+    assert bench is not None
+    snapshot = bench_snapshot(drawing, bench)
+    views = [
+        replace(view, y=view.x - view.x.mean()) if "temperature" in view.x_label else view
+        for view in snapshot.views
+    ]
+    assert "temperature" in views[most_telling(views)].x_label
+    opened = views[opening_view(snapshot.diagnosis, views, snapshot.catalogue)]
+    assert opened.x_label == "current, A"
 
 
 async def test_the_error_is_drawn_against_the_current_and_a_point_says_where_the_field_was(

@@ -265,6 +265,20 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     assert "The size here is about 5." in rows
 
 
+@pytest.mark.parametrize(
+    ("sensor", "foreign"),
+    [("gyroscope", ("force", "one g")), ("magnetometer", ("force", "one g", "rate"))],
+)
+def test_the_lessons_of_the_base_speak_of_the_sensor_they_are_about(
+    snapshot: BenchSnapshot, sensor: str, foreign: tuple[str, ...]
+) -> None:
+    """A gyroscope's scale is no half of a difference of one g."""
+    own = replace(snapshot, sensor=sensor)
+    for term in ("bias", "scale", "non-orthogonality", "soft-iron"):
+        text = "\n".join(lines(rows_for(own, term, 76)))
+        assert not [word for word in foreign if re.search(rf"\b{word}\b", text)], text
+
+
 def test_a_lesson_shows_the_users_own_points_over_its_prediction(snapshot: BenchSnapshot) -> None:
     """Over the force along the axis that it bends; without the prediction before the guess."""
     rows = lines(rows_for(snapshot, "second-order", 76))

@@ -30,6 +30,19 @@ async def test_help_is_in_plain_words_and_closes_again() -> None:
         await until(pilot, lambda: "takes back" not in seen(pilot))
 
 
+async def test_the_help_says_which_way_each_key_turns_the_virtual_device() -> None:
+    """Both keys of a pair once, each with its own sense."""
+    source = fakes.FakeSource(fakes.poses_status())
+    source.hand = fakes.FakeHand()  # type: ignore[attr-defined]  # only some sources have one
+    async with app_with(source).run_test(size=LARGE) as pilot:
+        await shows(pilot, "▸18 POSES")
+        await pilot.press("question_mark")
+        text = await shows(pilot, "about its z axis, by +15° (←) or −15° (→)")
+        for axis, keys in (("x", "(a) or −15° (d)"), ("y", "(↑) or −15° (↓)")):
+            assert f"about its {axis} axis, by +15° {keys}" in text
+        assert text.count("turns the virtual device") == 3
+
+
 async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> None:
     source = fakes.FakeSource(fakes.poses_status())
     async with app_with(source).run_test(size=USUAL) as pilot:

@@ -1,19 +1,25 @@
 """An exercise in one sitting: chance hides an effect in the wizard's virtual IMU; it is sealed."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from imucal_wizard.cli import wizard
 from imucal_wizard.core.errors import DataError, SessionError, UsageError
+from imucal_wizard.guide.kinds import StepKind
+from imucal_wizard.guide.state import Status
 from imucal_wizard.sessions import KeptSession
 from imucal_wizard.teach import reveal
 from imucal_wizard.teach.exercise_session import draw_exercise_session, uncovered_number
+from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.run import first_choice
 from imucal_wizard.tui.services import WizardServices
 from imucal_wizard.tui.sources import SourceChoice, SourceKind, virtual_imu
-from tests.tui.terminals import VIRTUAL
+from tests.tui import fakes
+from tests.tui.terminals import USUAL, VIRTUAL
+from tests.tui.waiting import shows
 
 
 def begun(folder: Path, number: int = 3) -> WizardServices:
@@ -51,6 +57,37 @@ def test_the_session_does_not_name_what_is_hidden_and_goes_on_with_it(tmp_path: 
     source = again.open_source(SourceChoice(SourceKind.SESSION, str(workshop.sources.session)))
     source.start()
     source.stop()
+
+
+def test_an_exercise_that_is_continued_or_replayed_hides_its_answer_again(tmp_path: Path) -> None:
+    """Without the option that began it; the answer beside it is still named."""
+    workshop = begun(tmp_path)
+    assert workshop.exercise
+    session = workshop.sources.session
+    assert session is not None
+    options = WizardOptions(sessions=tmp_path, replay=(session,), speed=50.0)
+    again = WizardServices(options)
+    assert not again.exercise
+    for choice in (SourceChoice(SourceKind.SESSION, str(session)), SourceChoice(SourceKind.FILE)):
+        source = again.open_source(choice)
+        assert again.exercise
+        assert again.sources.sealed == workshop.sources.sealed
+        source.start()
+        source.stop()
+        other = again.open_source(VIRTUAL)
+        assert not again.exercise
+        assert again.sources.sealed is None
+        other.start()
+        other.stop()
+
+
+async def test_the_result_of_an_exercise_gives_no_verdict() -> None:
+    """It would name the hidden effect."""
+    source = fakes.FakeSource(Status(step=StepKind.RESULT))
+    services = replace(fakes.services(source), exercise=True)
+    async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "An exercise: find out what the model lacks.")
+        assert "something is missing" not in text
 
 
 def test_a_damaged_exercise_is_said_to_be_one(tmp_path: Path) -> None:

@@ -7,12 +7,14 @@ from functools import partial
 
 import pytest
 
+from imucal_wizard.guide.instruction import present
 from imucal_wizard.guide.kinds import Act, StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.screens.steps import StepScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
+from imucal_wizard.tui.text import wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
 from tests.guide.moments import moments
@@ -103,6 +105,20 @@ async def walk(names: Iterable[str], size: tuple[int, int], flow: str) -> None:
                 shown_once(wanted.status, seen(pilot), big.text)
             except AssertionError as error:
                 raise AssertionError(f"{name}: {error}\n{seen(pilot)}") from error
+
+
+SAID = (46, 3)
+"""Columns and rows for the words of a step in the smallest terminal."""
+
+
+@pytest.mark.parametrize("name", list(measuring()))
+def test_what_is_to_be_done_fits_the_smallest_terminal(name: str) -> None:
+    """Progress, the way and the detail; the reason may be left out. The field has more rows."""
+    status = present(measuring()[name])
+    width, height = SAID
+    if status.step is not StepKind.FIELD:
+        words = [text for text in (status.guidance, status.detail) if text]
+        assert 1 + sum(len(wrapped(text, width)) for text in words) <= height, words
 
 
 NOTHING = StreamStatus(source="/dev/ttyACM0")

@@ -8,6 +8,7 @@ import pytest
 from textual.events import Key
 
 from imucal_wizard.acquire.decode.base import Column
+from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
 from imucal_wizard.core.errors import LinkError
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
@@ -45,6 +46,24 @@ async def test_the_list_names_ports_sessions_and_the_virtual_imu(size: tuple[int
         await shows(
             pilot, "▸SOURCE", "virtual IMU", "/dev/ttyACM0", "2341:8057", "session of 14:03"
         )
+
+
+async def test_an_interrupted_session_is_listed_before_rechecks_and_finished_sessions() -> None:
+    """Whoever comes back after a crash looks for the session."""
+    finished = replace(SESSION, title="session of 09:00")
+    unfinished = replace(SESSION, title="resume session of 14:03", unfinished=True)
+    recheck = SourceChoice(SourceKind.RECHECK, "cal.json", "recheck IMU 7")
+    services = replace(
+        fakes.services(fakes.FakeSource()),
+        ports=_ports,
+        calibrations=lambda: [recheck],
+        earlier=lambda: [finished, unfinished],
+    )
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "session of 09:00")
+    wanted = ("virtual IMU", "/dev/ttyACM0", "resume session of", "recheck IMU 7", "session of 09")
+    places = [text.index(words) for words in wanted]
+    assert places == sorted(places)
 
 
 async def test_what_cannot_be_listed_is_said_beside_the_other_sources() -> None:
@@ -324,6 +343,44 @@ async def test_columns_without_names_are_mapped_by_hand() -> None:
         await until(pilot, lambda: bool(source.setups))
     assert [column.channel for column in source.setups[0].columns] == ["ax", "ay", "az"]
     assert source.setups[0].accelerometer_unit == "g"
+
+
+async def test_no_unit_is_asked_of_a_sensor_that_is_not_there() -> None:
+    """Its question opens if a column is said to be of that sensor."""
+    source = fakes.FakeSource()
+    names = (*(Column(f"a{axis}", "m/s^2", f"a{axis}") for axis in "xyz"), Column("", "", "light"))
+    source.stream = replace(
+        fakes.STREAM, columns=names, gyroscope=None, values=(0.0, 0.0, 9.8, 3.0)
+    )
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "c columns and units")
+        await pilot.press("c")
+        text = await shows(pilot, "which column is what?", "rate unit")
+        assert "▲ choose" not in text
+        await pilot.press("up", "up", "up", "up", "up", *["left"] * 10)  # light is gx
+        text = await shows(pilot, "▲ choose")
+        assert text.count("▲ choose") == 1
+        assert "▲ choose" in text.partition("rate unit")[2].partition("field unit")[0]
+
+
+async def test_a_stream_without_an_accelerometer_is_told_so_and_not_asked_for_columns() -> None:
+    source = fakes.FakeSource()
+    said = "The stream has no accelerations, and gravity is the reference of all steps"
+    columns = tuple(Column(f"m{axis}", "uT", f"m{axis}") for axis in "xyz")
+    source.stream = replace(
+        fakes.STREAM, needs=NEEDS_ACCELEROMETER, columns=columns, samples=0, warnings=(said,)
+    )
+    async with WizardApp(fakes.services(source), AT_ONCE, PORT).run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "▲ /dev/ttyACM0: no accelerometer", "The stream has no")
+        assert "which column" not in text
+        assert "enter start " not in text
+
+
+async def test_the_gravity_of_counts_is_shown_with_its_note() -> None:
+    stream = replace(fakes.STREAM, accelerometer_unit="count", gravity=15574.0)
+    source = fakes.FakeSource(stream=stream)
+    async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "15574 count", "the fit determines the scale")
 
 
 async def test_no_start_is_offered_before_anything_has_arrived() -> None:

@@ -34,7 +34,7 @@ def no_go(_collected: Collected, _snapshot: Snapshot) -> tuple[Recheck, Calibrat
         RecheckVerdict.NO_GO, 5.1 * MILLI_G, 2.0 * MILLI_G, 0.3 * MILLI_G, "m/s^2", (moved,)
     )
     found = Recheck(
-        RecheckVerdict.NO_GO, 41.0, {"accelerometer": sensor}, "a new calibration is worth it"
+        RecheckVerdict.NO_GO, 41.0, {"accelerometer": sensor}, "calibrate the device again"
     )
     return found, calibration(), Saved(Path("cal.json"), status=1)
 
@@ -50,7 +50,7 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
             "after 41 s, against the calibration of",
             "5.10 mg, limit 2.00 mg",
             "bias_x +5.00 ± 0.30 mg (17 σ) since",
-            "a new calibration is worth it",
+            "calibrate the device again",
         )
         await pilot.press("b")
         await until(pilot, lambda: ("back", "") in source.commands)

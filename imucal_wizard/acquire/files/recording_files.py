@@ -424,7 +424,7 @@ def session_setup(path: Path, about: dict[str, Any], options: RecordingOptions) 
 
 def _why_nothing(intake: Intake) -> str:
     if intake.needs:
-        return f"the stream does not say its {', '.join(intake.needs)}"
+        return f"the stream does not state its {', '.join(intake.needs)}"
     if intake.problem:
         return intake.problem
     if intake.format:

@@ -124,8 +124,8 @@ def align(
     if len(up) < MIN_ALIGNED_POSITIONS:
         raise DataError(
             f"the magnetometer stood still in {len(up)} of the still positions, too few to align "
-            f"it: hold the device still in at least {MIN_ALIGNED_POSITIONS} orientations while it "
-            "records. If it was, the clocks of the two sensors are seconds apart"
+            f"it: hold the device still in at least {MIN_ALIGNED_POSITIONS} orientations. If you "
+            "did, the clocks of the two sensors are seconds apart: correct the times"
         )
     found = ends(up, field)
     rotation, level = found[0]

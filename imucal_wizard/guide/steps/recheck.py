@@ -98,7 +98,7 @@ class RecheckStage(DirectionsStage):
         self._choose()
         seen, wanted = self.tally
         name = "The pose" if found is None else found.label
-        text = f"{name} taken: {seen:.0f} of {wanted:.0f} changes would be seen."
+        text = f"{name} taken: {seen:.0f} of {wanted:.0f} checks done."
         context.emit(EventKind.HOLD_TAKEN, text)
 
     def view(self) -> Status:

@@ -117,7 +117,7 @@ class RotationJudge:
             return f"{axis} pointed up or down at the end"
         if abs(angle) > MAX_CIRCLES * 2.0 * math.pi:
             circles = abs(angle) / (2.0 * math.pi)
-            return f"the gyroscope says {circles:.0f} whole circles: is its unit right?"
+            return f"the gyroscope shows {circles:.0f} whole circles: is its unit right?"
         motion.axis, motion.angle = axis, math.degrees(angle)
         motion.fastest = self._fastest(motion, axis)
         return motion.problem or self._too_small(motion)
@@ -374,7 +374,7 @@ class RotationsStage:
                 status,
                 act=Act.POSE,
                 instruction=turn_up(start),
-                detail=f"{axis} must be level, so that gravity shows the rotation",
+                detail=f"{axis} must be level: gravity then shows the angle",
                 wanted=start,
                 aim=(x, y, z),
                 off_by=math.degrees(angle_between(up, DIRECTIONS[start])),
@@ -387,7 +387,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; these improve the fit most",
+            detail="any angle and speed will do; these help most",
         )
 
     def _rotation(self) -> RotationStatus:

@@ -51,12 +51,14 @@ class Asymmetry(AxisEffect):
             "opposite force, because two springs, two electrode gaps or two halves of an "
             "amplifier differ.",
             equation="error on an axis = coefficient × magnitude of the force on that axis",
-            signature="The residual resembles that of the second-order term: opposite signs at "
-            "opposite faces. Where the axis is level, the curve has a kink instead of a smooth "
-            "bend.",
-            needs="Faces, and several poses with the axis within 20° of level, where the kink is. "
-            "At 1 g it can hardly be distinguished from the second-order term. The bench states "
-            "whether the choice between the two changes the up direction.",
+            signature="The residual is an S, as that of the second-order term: it has opposite "
+            "signs at opposite faces and crosses zero about 40° away from each face and where the "
+            "axis is level. The gain changes where the axis is level, but there the axis adds "
+            "nothing to the magnitude of gravity.",
+            needs="Faces, edges, and several poses with the axis tilted by 10° to 25° from level: "
+            "there it differs most from the second-order term, from which it can hardly be "
+            "distinguished at 1 g. The bench states whether the choice between the two changes "
+            "the up direction.",
             remedy="Add the term and apply it. The second-order term corrects most of the same "
             "error.",
             confirm="Tilt the axis through level in steps of a few degrees on a dividing head: the "

@@ -45,7 +45,8 @@ class Current(BiasEffect):
             "that changes with the throttle.",
             equation="error on an axis = coefficient × current (or throttle)",
             signature="The same direction reads differently while the motor runs. Plotted over "
-            "the current, the residuals lie on a straight line through zero.",
+            "the current, the residuals of one direction lie on a straight line. The bias absorbs "
+            "the field of the mean current.",
             needs="A column current[A] or throttle[%] in the recording, and each direction at "
             "high and at low current.",
             remedy="Twist the leads, route the return lead beside the supply lead, or move the "

@@ -55,9 +55,10 @@ class DeadZone(AxisEffect):
             "threshold.",
             equation="error on an axis = threshold, with the sign opposite to the force on that "
             "axis",
-            signature="The residual jumps where the axis is level. The scale absorbs most of the "
-            "error: the rest has one sign at both faces and where the axis is level, and the "
-            "other sign around 45°, similar to an odd-order term.",
+            signature="The error changes its sign where the axis is level; in the magnitude this "
+            "is a kink. The scale absorbs most of the error: the rest has one sign at both faces "
+            "and where the axis is level, and the other sign around 45°, similar to an odd-order "
+            "term.",
             needs="Poses with the axis level, tilted by a few degrees to either side, and at 45°. "
             "Without them the odd quadratic and the third-order term explain the data equally "
             "well.",

@@ -50,8 +50,9 @@ class EarthRate(Effect):
             signature="The readings at rest follow the up direction with the same small slope on "
             "each axis: positive on the northern half of the Earth.",
             needs="A gyroscope whose bias is stable to a few degrees per hour, and still poses in "
-            "all directions. The component towards north cannot be fitted, because gravity does "
-            "not show the heading of a pose; it remains in the noise floor.",
+            "all directions. A g-sensitivity that is the same on all three axes has the same "
+            "pattern; only its size can tell. The component towards north cannot be fitted, "
+            "because gravity does not show the heading of a pose; it remains in the noise floor.",
             remedy="No repair is needed. Keep the term, so that the Earth's rate is not counted "
             "as bias or g-sensitivity; a navigation filter subtracts it by latitude and heading.",
             confirm="The size is 15.04 °/h times the sine of the latitude: compare it with the "

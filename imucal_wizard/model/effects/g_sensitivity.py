@@ -34,7 +34,8 @@ class GSensitivity(ForceEffect):
             "component, they lie on a straight line. The closure error of rotations depends on "
             "which way is up.",
             needs="Still poses in all directions: their mean rates show the effect ten times "
-            "better than rotations do.",
+            "better than rotations do. If each axis follows its own force component with the same "
+            "slope of a few °/h per g, it is the rotation of the Earth.",
             remedy="Add the term and apply it with the accelerometer's force. Do not only average "
             "the bias over poses: it differs from pose to pose.",
             confirm="Turn the device upside down on a table several times and compare the mean "

@@ -80,7 +80,8 @@ class ScaleStep(AxisEffect):
             equation="error on an axis = 0 before the step, coefficient × rate about that axis "
             "after it",
             signature="After the step, rotations about the axis are measured too large, or too "
-            "small, in both senses by the same share of their angle; rotations before it close.",
+            "small, in both senses by the same share of their angle; before it, the other way "
+            "round, because the fitted scale is a compromise.",
             needs="Rotations about the axis before and after the step, in both senses.",
             remedy="Calibrate again with the rotations after the step, and find its cause: a "
             "reset, a supply that sags, a knock.",

@@ -45,8 +45,9 @@ class VibrationRectification(BiasEffect):
             "each swing to one side reads larger than the swing back, so the mean is wrong. "
             "Vibration that is clipped at the end of the range has the same effect.",
             equation="error on an axis = coefficient × mean square of the vibration",
-            signature="Holds with vibration have a residual, quiet holds have none. Plotted over "
-            "the mean square of the vibration, the residual is a straight line.",
+            signature="A pose reads differently while it vibrates. Plotted over the mean square "
+            "of the vibration, the residuals lie on straight lines that rise at one face of the "
+            "axis and fall at the other.",
             needs="The same poses on a quiet and on a vibrating support. A hand-held pose also "
             "moves, which looks similar.",
             remedy="Damp the mounting, or take the poses on a quiet support. In use, choose a "

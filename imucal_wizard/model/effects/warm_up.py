@@ -59,12 +59,15 @@ class WarmUp(BiasEffect):
             what="After power-on the chip heats itself by a few degrees and the stress in the "
             "package settles. The bias changes until the temperature is constant.",
             equation="error on an axis = size at the start × exp(−time / time constant)",
-            signature="The residuals are large in the first poses and zero in the last ones, with "
-            "opposite signs at opposite faces.",
-            needs="Start cold and repeat the first poses at the end. Or let the device warm up "
-            "for ten minutes first; then no term is needed.",
+            signature="The residuals are largest in the first poses and have opposite signs at "
+            "opposite faces. Later they level off at a smaller value of the other sign, because "
+            "the fitted bias is a mean over the session.",
+            needs="Begin the session when the cold device is switched on, and repeat the first "
+            "poses at the end. Or let the device warm up for ten minutes first; then no term is "
+            "needed.",
             remedy="Wait about three time constants until the warm-up is over, in calibration and "
-            "in use. If that is not possible, apply the term with the time since power-on.",
+            "in use. If that is not possible, apply the term with the time since power-on; the "
+            "session must have begun at power-on, too.",
             confirm="Switch the cold device on and leave it untouched for twenty minutes, on two "
             "days: the same curve appears both times.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",
@@ -75,10 +78,12 @@ class WarmUp(BiasEffect):
             equation="error on an axis = size at the start × exp(−time / time constant)",
             signature="The readings at rest approach a final value, fast at first and then more "
             "slowly.",
-            needs="Still poses from the first minute to the last. Or let the device warm up for "
-            "ten minutes first; then no term is needed.",
+            needs="Begin the session when the cold device is switched on, with still poses from "
+            "the first minute to the last. Or let the device warm up for ten minutes first; then "
+            "no term is needed.",
             remedy="Wait about three time constants until the warm-up is over, in calibration and "
-            "in use. If that is not possible, apply the term with the time since power-on.",
+            "in use. If that is not possible, apply the term with the time since power-on; the "
+            "session must have begun at power-on, too.",
             confirm="Switch the cold device on and leave it at rest for twenty minutes, on two "
             "days: the same curve appears both times.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",

@@ -13,7 +13,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
-from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of
+from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
 from imucal_wizard.model.lesson import BASE_LESSONS, lesson, picture
@@ -37,21 +37,21 @@ def rows_for(snapshot: BenchSnapshot, term: str, width: int, *, hidden: bool = F
     """
     known = {effect.name: effect for effect in snapshot.catalogue}
     if term not in known:
-        return plain_rows(term, width)
+        return plain_rows(term, snapshot.sensor, width)
     suspect = next((one for one in snapshot.findings.suspects if one.term == term), None)
-    over = picture(known[term], snapshot.sensor).x_label.split()[0]  # as the lesson's picture
-    views = [view for view in snapshot.views if view.x_label.split()[0] == over] or snapshot.views
+    views = views_over(snapshot.views, known[term], snapshot.sensor)
     own = None if suspect is None else clearest(snapshot.findings, views, suspect)
     if own is not None and hidden:
         own = replace(own, predicted=None, suspect="")
-    return lesson_rows(known[term], snapshot.sensor, width, own)
+    return lesson_rows(known[term], snapshot, width, own)
 
 
 def lesson_rows(
-    effect: Effect, sensor: str, width: int, own: ResidualView | None = None
+    effect: Effect, snapshot: BenchSnapshot, width: int, own: ResidualView | None = None
 ) -> list[Line]:
     """The lesson about an effect, with the user's own points (``own``) over its prediction."""
-    words = lesson(effect, sensor)
+    sensor = snapshot.sensor
+    words = lesson(effect, sensor, snapshot.catalogue)
     rows = [*_heading(effect.title), *wrapped(words.what, width), line("")]
     rows += _part("equation", words.equation, width)
     rows += [line(f"    {effect.equation}", "key"), line("")]
@@ -71,7 +71,7 @@ def lesson_rows(
         ("what to do about it", words.remedy),
         ("how to confirm it without this program", words.confirm),
         ("source", words.source),
-        ("family", words.family),
+        ("what looks like it", words.alike),
     )
     for name, text in more:
         if text:
@@ -79,12 +79,10 @@ def lesson_rows(
     return rows
 
 
-def plain_rows(term: str, width: int) -> list[Line]:
+def plain_rows(term: str, sensor: str, width: int) -> list[Line]:
     """The same for a term of the base or a disturbed hold."""
-    return [
-        *_heading(term),
-        *wrapped(BASE_LESSONS.get(term, "There is no lesson about it."), width),
-    ]
+    text = BASE_LESSONS[sensor].get(term, "There is no lesson about it.")
+    return [*_heading(term), *wrapped(text, width)]
 
 
 def signature_rows(effect: Effect, sensor: str, width: int) -> list[Line]:

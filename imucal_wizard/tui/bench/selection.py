@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.diagnose.bench import Entry
-from imucal_wizard.diagnose.views import ResidualView, misfit_curve, most_telling, suspect_view
+from imucal_wizard.diagnose.views import ResidualView, misfit_curve, opening_view, suspect_view
 from imucal_wizard.tui.bench.panels import Part, order, parts_of_model
 from imucal_wizard.tui.bench.snapshot import BenchSnapshot
 
@@ -36,8 +36,9 @@ class Selection:
         self.added, self.cursor, self._suspect = False, None, 0
         self._term = min(self._term, len(self.parts()) - 1)
         if self._part not in snapshot.parts:
-            # in an exercise the plot that explains most would name the axis
-            best = snapshot.views[0 if self.hidden else most_telling(snapshot.views)]
+            # in an exercise the plot over what is missing would name the axis
+            opening = opening_view(snapshot.diagnosis, snapshot.views, snapshot.catalogue)
+            best = snapshot.views[0 if self.hidden else opening]
             own = [view.name for view in snapshot.views if view.part == best.part]
             self._part, self._view = best.part, own.index(best.name)
 

@@ -46,6 +46,13 @@ def startable(stream: "StreamStatus") -> bool:
     return bool(stream.samples) and not stream.needs and not _interrupted(stream)
 
 
+def can_be_entered(stream: "StreamStatus") -> bool:
+    """Whether the user can enter what the stream does not state."""
+    from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
+
+    return stream.needs != NEEDS_ACCELEROMETER
+
+
 def _interrupted(stream: "StreamStatus") -> str:
     """Why no samples arrive, or ""; before the start, the end of a source is a lost link."""
     from imucal_wizard.guide.instruction import interruption
@@ -60,6 +67,8 @@ def state_span(stream: "StreamStatus", name: str) -> Span:
         return f"{name}: {stream.problem}", "strong"
     if missing := _interrupted(stream):
         return f"▲ {name}: {missing}", "bad"
+    if not can_be_entered(stream):
+        return f"▲ {name}: no accelerometer", "bad"
     if stream.needs:
         return f"▲ not known: {', '.join(stream.needs)}.   c: choose", "warn"
     if stream.unwritten:
@@ -144,7 +153,8 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
         return []
     size = f"{number(stream.gravity, 4)} {unit_sign(stream.accelerometer_unit)}"
     if stream.gravity_right is None:
-        return [_pair("gravity", f"{size}; the fit determines the scale")]
+        note = wrapped("the fit determines the scale", width, "quiet", indent="  ")
+        return [_pair("gravity", size), *note]
     if stream.gravity_right:
         return [_pair("gravity", f"{size}  ✓ plausible", "good")]
     advice = "▲ at rest it should be near 9.81 m/s²: is the device moving, or the unit wrong?"

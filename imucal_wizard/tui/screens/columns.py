@@ -1,6 +1,7 @@
 """Questions about columns and units, for streams that do not name them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import ClassVar
 
 from textual import on
@@ -69,7 +70,7 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         """Ask, beginning with the first unknown answer."""
         self._show(self._stream.line)
         choices = questions(self._stream)
-        unknown = [i for i, choice in enumerate(choices) if choice.answer not in choice.options]
+        unknown = [i for i, choice in enumerate(choices) if choice.open]
         place = self.query_one(QuestionList)
         first = unknown[0] if unknown and "columns" not in self._stream.needs else 0
         place.ask(choices, first)
@@ -79,15 +80,20 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
     def _look(self) -> None:
         """Show the newest values, so that turning the device shows which column is which.
 
-        Close when the stream's header has answered the questions.
+        Ask for the units of the sensors that have columns. Close when the stream's header has
+        answered the questions.
         """
         stream = self._newest()
         if self._stream.needs and self.is_current and stream.samples and not stream.needs:
             self.dismiss(None)
         elif len(stream.columns) == len(self._stream.columns):
             self._show(stream.line)
-            notes = [newest(stream, place) for place in range(len(stream.columns))]
-            self.query_one(QuestionList).note(notes)
+            asked, count = self.query_one(QuestionList), len(stream.columns)
+            columns = [
+                replace(one, note=newest(stream, place))
+                for place, one in enumerate(asked.choices[:count])
+            ]
+            asked.change(_with_units(columns, asked.choices[count:]))
 
     def _show(self, text: str) -> None:
         self.query_one("#raw", Lines).draw(
@@ -119,7 +125,14 @@ def questions(stream: StreamStatus) -> list[Question]:
         label = column.name or f"column {i + 1}"
         answer = column.channel or SKIP
         choices.append(Question(label, (*CHANNELS, SKIP), answer, newest(stream, i)))
-    return choices + [_unit_question(stream, quantity) for quantity in _UNIT_QUESTIONS]
+    return _with_units(choices, [_unit_question(stream, one) for one in _UNIT_QUESTIONS])
+
+
+def _with_units(columns: Sequence[Question], units: Sequence[Question]) -> list[Question]:
+    """The questions; a unit is needed if a column is of its quantity."""
+    there = {quantity_of(one.answer) for one in columns}
+    asked = zip(_UNIT_QUESTIONS, units, strict=True)
+    return [*columns, *(replace(one, needed=quantity in there) for quantity, one in asked)]
 
 
 def newest(stream: StreamStatus, place: int) -> str:

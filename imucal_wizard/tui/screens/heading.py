@@ -120,7 +120,7 @@ def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[
         return rows
     change, left = np.degrees(heading_summary(report.second_stage.headings))
     if math.isfinite(change):
-        says = f"In the still positions before and after differ by {change:.1f}° rms; "
+        says = f"In the holds the calibration turns it by {change:.1f}° rms; "
         rows += wrapped(f"{says}the error left is {left:.2f}°.", width, "quiet")
     return rows
 

@@ -93,7 +93,7 @@ class FitScreen(LiveScreen):
     @work(exclusive=True, group="diagnose")
     async def diagnose(self) -> None:
         """Fit and diagnose the models in a thread; not in an exercise that has no bench yet."""
-        if self.state.settings.predict and self.state.models.benches is None:
+        if self.state.services.exercise and self.state.models.benches is None:
             return
         with suppress(ImucalError):  # the bench shows the reason
             self.state.judged(*await in_thread(self.state.judge))
@@ -111,7 +111,7 @@ class FitScreen(LiveScreen):
         saved = self.state.saved is not None and not self.state.unsaved
         rows = bench_rows(self.state.result, width, saved=saved)
         if self.state.report is not None and not self.state.diagnoses:
-            exercise = self.state.settings.predict
+            exercise = self.state.services.exercise
             words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
             rows.append(line(words, "accent"))
         return rows
@@ -134,7 +134,7 @@ class FitScreen(LiveScreen):
         """Open the bench."""
         state = self.state
         if state.report is not None:
-            predict = state.settings.predict and not state.sensor
+            predict = state.services.exercise and not state.sensor
             screen = BenchScreen(state.bench, state.sensor, live=state.live, predict=predict)
 
             def leave(asked: tuple[MeasurementRequest, ...] | None) -> None:
@@ -237,7 +237,7 @@ class ResultScreen(FitScreen):
         operator decides then. A run without an operator goes on.
         """
         settings = self.state.settings
-        alone = settings.auto or settings.quit_after or settings.predict
+        alone = settings.auto or settings.quit_after or self.state.services.exercise
         if self._leaves and (alone or self.state.good):
             self._leaves = False
             self._deadline = time.monotonic() + settings.countdown

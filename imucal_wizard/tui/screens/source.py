@@ -17,7 +17,13 @@ from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.guide.kinds import StepKind
-from imucal_wizard.tui.panels.preview import preview_rows, startable, state_span, welcome_rows
+from imucal_wizard.tui.panels.preview import (
+    can_be_entered,
+    preview_rows,
+    startable,
+    state_span,
+    welcome_rows,
+)
 from imucal_wizard.tui.screens.base import OF_A_RECHECK, Failed, LiveScreen
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from imucal_wizard.tui.state import WizardState
@@ -38,6 +44,11 @@ _PORT = re.compile(r"\w+://|/dev/|COM\d+$|mavlink:", re.IGNORECASE)
 """Typed text of this form is a port or a URL; other text is a file."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _DEVICES = (SourceKind.VIRTUAL, SourceKind.PORT)
+_PLACES = {
+    SourceKind.VIRTUAL: 0, SourceKind.PORT: 0, SourceKind.FILE: 0, SourceKind.RECHECK: 2,
+    SourceKind.SESSION: 3,
+}  # fmt: skip
+"""Order in the list; interrupted sessions are between ports and rechecks."""
 _QUESTION = "Where do the samples come from?   ↑↓ and enter"
 
 
@@ -165,7 +176,7 @@ class SourceScreen(LiveScreen):
                 found += await in_thread(look)
             except (ImucalError, OSError) as error:  # the other sources remain
                 problem = f"▲ not all sources are listed: {error}"
-        self._choices = found
+        self._choices = sorted(found, key=_rank)
         self._list()
         if problem and self._chosen is None:
             recheck = self._recheck is not None
@@ -321,7 +332,7 @@ class SourceScreen(LiveScreen):
         if offered != self._offered:
             self._offered = offered
             self.refresh_bindings()
-        if stream.needs:
+        if stream.needs and can_be_entered(stream):
             self._ask_in_time(stream)
         alone = self.state.settings.auto or (
             self._chosen is not None and self._chosen.kind in _RECORDED
@@ -349,6 +360,11 @@ class SourceScreen(LiveScreen):
 
     def _say(self, text: str, style: str = "strong") -> None:
         self.lines("question").draw(lambda width, _: wrapped(text, width, style), (text, style))
+
+
+def _rank(choice: SourceChoice) -> int:
+    """Place in the list: an interrupted session comes before rechecks and finished sessions."""
+    return 1 if choice.unfinished else _PLACES[choice.kind]
 
 
 def _prompt(choice: SourceChoice) -> Content:

@@ -39,11 +39,18 @@ _STYLES = {Act.HOLD: "good", Act.DONE: "good", Act.WAIT: "warn", Act.CONNECT: "b
 
 
 def _turn(key: str, axis: str, sense: int, shown: str, words: str) -> Binding:
-    """A key that turns the virtual device; the first of each pair turns it right-handed."""
+    """A key that turns the virtual device; the first of each pair turns it right-handed.
+
+    The footer and the help show both keys of a pair at the first.
+    """
+    says = ""
+    if shown:
+        plus, minus = shown[0], shown[-1]
+        says = f"turns the virtual device about its {axis} axis, by +{STEP_DEG:.0f}° ({plus}) or "
+        says += f"−{STEP_DEG:.0f}° ({minus})"
     return Binding(
         key, f"hand_turn('{axis}', {sense})", words, show=bool(shown), key_display=shown or None,
-        tooltip=f"turns the virtual device by {'+' if sense > 0 else '−'}{STEP_DEG:.0f}° about its "
-        f"{axis} axis",
+        tooltip=says,
     )  # fmt: skip
 
 
@@ -276,7 +283,7 @@ class RecheckScreen(PoseScreen):
     def progress_words(self, status: Status) -> str:
         """How many of the changes would be seen."""
         done, wanted = status.progress
-        return f"{done:.0f} of {wanted:.0f} changes would be seen"
+        return f"{done:.0f} of {wanted:.0f} checks done"
 
 
 class UpDownScreen(PoseScreen):

@@ -21,12 +21,19 @@ class Question:
         options: the possible answers.
         answer: the present answer; unanswered if it is not among the options.
         note: a hint.
+        needed: whether an answer is needed.
     """
 
     label: str
     options: tuple[str, ...]
     answer: str = ""
     note: str = ""
+    needed: bool = True
+
+    @property
+    def open(self) -> bool:
+        """Whether an answer is needed and missing."""
+        return self.needed and self.answer not in self.options
 
     def turned(self, by: int) -> "Question":
         """The question with the next or previous answer."""
@@ -62,10 +69,9 @@ class QuestionList(Lines):
         self._here = here
         self._draw()
 
-    def note(self, notes: Sequence[str]) -> None:
-        """Change the notes of the first questions."""
-        noted = [replace(c, note=n) for c, n in zip(self.choices, notes, strict=False)]
-        self.choices = noted + self.choices[len(noted) :]
+    def change(self, choices: Sequence[Question]) -> None:
+        """Show these questions in place of the present ones, which are as many."""
+        self.choices = list(choices)
         self._draw()
 
     def action_move(self, by: int) -> None:
@@ -87,8 +93,9 @@ class QuestionList(Lines):
 
 
 def _row(choice: Question, here: bool) -> Line:
-    answer = choice.answer if choice.answer in choice.options else "▲ choose"
-    style = "accent" if here else "warn" if answer == "▲ choose" else "strong"
+    none = "▲ choose" if choice.open else "–"
+    answer = choice.answer if choice.answer in choice.options else none
+    style = "accent" if here else "warn" if choice.open else "strong"
     return (
         ("▸ " if here else "  ", "accent"),
         (f"{choice.label:<20.20} ", "strong" if here else ""),
