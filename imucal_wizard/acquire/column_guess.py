@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from imucal_wizard.acquire.host_clock import burst_pause, sampling_period
 from imucal_wizard.core import units
 from imucal_wizard.core.gravity import (
     MIN_GRAVITY_COUNTS,
@@ -134,13 +135,15 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     """
     steps = np.diff(ticks)
     step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
+    bursts = burst_pause(ticks) > 0.0
+    if bursts:
+        step = sampling_period(ticks)
     low, high = (0.3 * rate, 3.0 * rate) if rate else USUAL_SAMPLING_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME_UNITS[unit])
         if low <= found <= high:
-            return UnitGuess(
-                unit, f"The time column was taken as {unit}, which gives {found:.6g} Hz."
-            )
+            gives = "" if bursts else f", which gives {found:.6g} Hz"
+            return UnitGuess(unit, f"The time column was taken as {unit}{gives}.")
     return UnitGuess(
         "",
         f"The unit of the time column cannot be inferred from steps of {step:.6g}: name it, for "

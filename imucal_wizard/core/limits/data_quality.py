@@ -74,6 +74,10 @@ MAX_UNEVEN_PART, MAX_BURST_RATIO = 0.1, 5.0
 """Long steps that are not a whole number of intervals, or longer than this many intervals, are
 pauses between bursts."""
 
+MIN_PAUSES, MAX_PAUSE_SHARE = 3, 0.5
+"""Pauses of that many intervals, and their share of the time, above which the samples arrived in
+bursts: a single pause is a gap, and a sensor does not pause for most of the time."""
+
 USUAL_SAMPLING_RATES = 5.0, 20_000.0
 """Hz; devices that record a motion sample no slower and no faster."""
 
