@@ -349,8 +349,8 @@ def _timed(
 
 
 _BURSTS = (
-    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly over "
-    "them. Let the device print its own time."
+    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly "
+    "over them. Let the device print its own time."
 )
 
 
