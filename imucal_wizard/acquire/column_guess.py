@@ -16,7 +16,7 @@ from imucal_wizard.core.gravity import (
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.statistics import lengths, median, sphere_centre
 
 _MAX_GRAVITY_DEVIATION = 0.15
 """Relative deviation of gravity up to which a column is an accelerometer without asking."""
@@ -90,11 +90,19 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
-    """The unit in which the Earth's field has the observed magnitude."""
-    size = median(lengths(values))
+    """The unit in which the Earth's field has the observed magnitude.
+
+    The magnet or iron beside a sensor may read more than the field. If the device was turned, the
+    readings surround their centre, and their distance from it is the field alone.
+
+    Args:
+        values: readings, shape (n, 3).
+    """
+    centre = sphere_centre(values)
+    size = median(lengths(values if centre is None else values - centre))
     for low, high, unit in _FIELD_RANGES:
         if low <= size <= high:
-            return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
+            return UnitGuess(unit, f"The field reads {size:.3g}, so it is taken as {unit}.")
     return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
 
 

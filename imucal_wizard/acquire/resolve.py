@@ -20,6 +20,7 @@ from imucal_wizard.acquire.decode.vocabulary import (
 from imucal_wizard.acquire.host_clock import burst_pause, pauses, sampling_period
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
+from imucal_wizard.core.gravity import are_whole_numbers
 from imucal_wizard.core.limits.data_quality import MIN_PAUSES
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
@@ -51,11 +52,14 @@ class ResolvedColumns:
         needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
             for a recording.
         notes: messages to the user about guesses and their reasons, or about missing data.
+        field_unit: the guess of the magnetometer's unit, if the magnitude of the first readings is
+            its reason: all readings tell more.
     """
 
     columns: tuple[Column, ...]
     needs: tuple[str, ...]
     notes: tuple[str, ...]
+    field_unit: column_guess.UnitGuess | None = None
 
 
 def resolve_columns(
@@ -191,6 +195,7 @@ def _with_units(
     notes: list[str],
 ) -> ResolvedColumns:
     needs: list[str] = []
+    field_unit: column_guess.UnitGuess | None = None
     for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
@@ -204,13 +209,15 @@ def _with_units(
         found = _unit_guess(sensor, values[:, places], columns, values)
         if found.why:
             notes.append(found.why)
+        if sensor == "magnetometer" and found.why != _WHOLE.format(sensor):
+            field_unit = found
         if found.unit:
             columns = _set_unit(columns, places, found.unit)
         else:
             needs.append(f"{sensor} unit")
     columns, beside = _without_foreign(columns)
     columns, needed, time = _timed(setup, columns, values, arrivals)
-    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time))
+    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), field_unit)
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
@@ -279,17 +286,16 @@ def _unit_guess(
         return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
         return column_guess.guess_accelerometer_unit(good)
-    if sensor == "magnetometer":
-        return column_guess.guess_magnetometer_unit(good)
     accelerometer = sensor_places(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
-    both = values[:, accelerometer + sensor_places(columns, "gyroscope")]
-    both = both[np.isfinite(both).all(axis=1)]
-    if counts and bool(np.all(both == np.round(both))):
-        return column_guess.UnitGuess(
-            units.COUNT, "Whole numbers: the gyroscope is read as raw counts."
-        )
+    if counts and are_whole_numbers(np.column_stack([own, values[:, accelerometer]])):
+        return column_guess.UnitGuess(units.COUNT, _WHOLE.format(sensor))
+    if sensor == "magnetometer":
+        return column_guess.guess_magnetometer_unit(good)
     return column_guess.UnitGuess("", "")
+
+
+_WHOLE = "Whole numbers: the {} is read as raw counts."
 
 
 def _timed(

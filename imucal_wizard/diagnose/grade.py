@@ -10,9 +10,16 @@ from imucal_wizard.core.input import read_document
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import ACCELERATION_UNITS, FIELD_UNITS, RATE_UNITS, canonical_unit
+from imucal_wizard.core.units import (
+    ACCELERATION_UNITS,
+    COUNT,
+    FIELD_UNITS,
+    RATE_UNITS,
+    canonical_unit,
+)
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.magnetometer.field_data import USUAL_FIELD
 from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit
 
 Limits = Mapping[str, float]
@@ -79,7 +86,8 @@ def graded(
     """The grade of each sensor that was measured; of none while there are no diagnoses.
 
     Good is a sensor whose calibration is usable, whose model is complete and whose error is within
-    the limit of use: the error held out as well as the one that these data may not show.
+    the limit of use: the error held out as well as the one that these data may not show. A
+    magnetometer in counts has the limit in counts, if the field is the usual one.
 
     Args:
         report: the fit.
@@ -94,6 +102,8 @@ def graded(
             found[name] = Graded(name, Grade.NOT_USABLE, _no_fit(name, report))
             continue
         limit = limits[name]
+        if fit.unit == COUNT and report.magnetic is not None:
+            limit *= report.magnetic.magnitude / USUAL_FIELD
         if fit.unusable:
             found[name] = Graded(name, Grade.NOT_USABLE, fit.unusable, limit)
             continue

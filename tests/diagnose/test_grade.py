@@ -3,12 +3,15 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.result import FitReport, worse_than_none
 from tests.tui.fakes import diagnoses, report
 
@@ -33,6 +36,17 @@ def test_any_other_verdict_is_doubtful_and_says_why(verdict: Verdict) -> None:
 def test_an_error_above_the_limit_is_doubtful() -> None:
     one = graded(report(), GOOD, {"accelerometer": 1e-4, "gyroscope": 1.0})["accelerometer"]
     assert (one.grade, "above the limit of use, 0.010 mg" in one.why) == (Grade.DOUBTFUL, True)
+
+
+def test_a_magnetometers_limit_in_counts_belongs_to_the_usual_field() -> None:
+    """0.5 of 50 uT are 10 of 1,000 counts."""
+    known = report()
+    counted = replace(
+        known.sensors["accelerometer"], sensor="magnetometer", unit="count", bias_unit="count"
+    )
+    magnetic = cast("MagnetometerFit", SimpleNamespace(magnitude=1000.0))
+    whole = replace(known, sensors={"magnetometer": counted}, rates={}, magnetic=magnetic)
+    assert graded(whole, GOOD)["magnetometer"].limit == pytest.approx(10.0)
 
 
 def without(sensor: str) -> FitReport:

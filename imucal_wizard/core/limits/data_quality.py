@@ -35,9 +35,8 @@ MIN_FLAT_SHARE = 0.7
 MIN_SHORTFALL, MIN_UNKNOWN_SHORTFALL = 0.02, 0.12
 """Part of the angle that is lost at the end of the range: against the same gyroscope's slower
 rotations, and where there are none (no sensor's scale is wrong by as much)."""
-MIN_SLOW_MOTIONS, MIN_SPHERE_HOLDS = 3, 9
-"""Slower motions that determine the gyroscope's scale; holds that determine the accelerometer's
-bias."""
+MIN_SLOW_MOTIONS = 3
+"""Slower motions that determine the gyroscope's scale."""
 MAX_STEADY_SHARE = 0.6
 """Share of a rotation's angle at its largest rate; a hand that clips as much loses 14 % of it, a
 turntable nothing."""
