@@ -5,7 +5,13 @@ import numpy as np
 from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter
 from imucal_wizard.acquire.decode.base import Column, DecodedRows
 from imucal_wizard.acquire.decode.vocabulary import LETTER_OF_SENSOR
-from imucal_wizard.acquire.host_clock import HostClock, sampling_period, time_quantum
+from imucal_wizard.acquire.host_clock import (
+    BurstClock,
+    HostClock,
+    burst_pause,
+    sampling_period,
+    time_quantum,
+)
 from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
@@ -54,7 +60,8 @@ class Assembler:
         self._counter = SampleCounter()
         self._host = HostClock(rate)
         self._split: SplitLineFilter | None = None
-        self._device = self._device_clock(first)
+        self._bursts = self._burst_clock(first, rate) if recording else None
+        self._device = None if self._bursts else self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
         self._index = 0.0
         self._fields = 0
@@ -72,6 +79,16 @@ class Assembler:
         self._split = SplitLineFilter(self._time, (1.5 * period + quantum) / factor)
         return DeviceClock(factor, period, quantum, from_zero=not self._recording)
 
+    def _burst_clock(self, first: FloatArray, rate: float | None) -> BurstClock | None:
+        """The clock of a recording whose samples arrived in bursts; None for any other one."""
+        together = [p for s in ("accelerometer", "gyroscope") for p in self._places[s]]
+        together = together or self._places["magnetometer"]
+        if self._time is None or not np.isfinite(first[:, [self._time, *together]]).all():
+            return None
+        factor = units.unit_factor("time", self.columns[self._time].unit)
+        pause = burst_pause(first[:, self._time] * factor)
+        return BurstClock(factor, pause, rate) if pause else None
+
     @property
     def device(self) -> DeviceClock | None:
         """The device's clock; None if the stream carries no time."""
@@ -80,13 +97,14 @@ class Assembler:
     @property
     def period(self) -> float:
         """Current estimate of the sampling period, s; 0 while unknown."""
-        return self._device_period if self._device is not None else self._host.period
+        if self._device is not None:
+            return self._device_period
+        return (self._bursts or self._host).period
 
     @property
     def lost(self) -> int:
         """Number of lost samples by the device's time or counter, or by the host's clock."""
-        by_device = self._device.lost if self._device is not None else self._host.lost
-        return by_device + self._counter.lost
+        return self._clock.lost + self._counter.lost
 
     @property
     def counter_restarts(self) -> int:
@@ -106,8 +124,11 @@ class Assembler:
     @property
     def dropped(self) -> int:
         """Number of lost samples without those lost while the device was away."""
-        clock = self._device if self._device is not None else self._host
-        return self.lost - clock.away
+        return self.lost - self._clock.away
+
+    @property
+    def _clock(self) -> DeviceClock | BurstClock | HostClock:
+        return self._device or self._bursts or self._host
 
     def feed(self, rows: DecodedRows, arrival: float) -> Readings | None:
         """The samples whose time can be determined now; None if there are none."""
@@ -118,6 +139,9 @@ class Assembler:
         values = values if good.all() else values[good]
         if self._split is not None:
             return self._timed(self._split.feed(values)) if len(values) else None
+        if self._bursts is not None and self._time is not None:
+            self._waiting = np.concatenate((self._waiting, values))
+            return self._released(self._bursts.feed(values[:, self._time]))
         indices = self._indices(rows)[good]
         if not len(values):
             return None
@@ -133,7 +157,7 @@ class Assembler:
         if self._split is not None:
             held = self._split.flush()
             return None if held is None else self._timed(held)
-        return self._released(self._host.flush())
+        return self._released((self._bursts or self._host).flush())
 
     def _timed(self, values: FloatArray) -> Readings | None:
         """Samples that carry their own time."""

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from imucal_wizard.acquire.host_clock import burst_pause, sampling_period
 from imucal_wizard.core import units
 from imucal_wizard.core.gravity import (
     MIN_GRAVITY_COUNTS,
@@ -15,7 +16,7 @@ from imucal_wizard.core.gravity import (
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.statistics import lengths, median, sphere_centre
 
 _MAX_GRAVITY_DEVIATION = 0.15
 """Relative deviation of gravity up to which a column is an accelerometer without asking."""
@@ -89,11 +90,19 @@ def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:
 
 
 def guess_magnetometer_unit(values: FloatArray) -> UnitGuess:
-    """The unit in which the Earth's field has the observed magnitude."""
-    size = median(lengths(values))
+    """The unit in which the Earth's field has the observed magnitude.
+
+    The magnet or iron beside a sensor may read more than the field. If the device was turned, the
+    readings surround their centre, and their distance from it is the field alone.
+
+    Args:
+        values: readings, shape (n, 3).
+    """
+    centre = sphere_centre(values)
+    size = median(lengths(values if centre is None else values - centre))
     for low, high, unit in _FIELD_RANGES:
         if low <= size <= high:
-            return UnitGuess(unit, f"The field reads {size:.3g}, so it is in {unit}.")
+            return UnitGuess(unit, f"The field reads {size:.3g}, so it is taken as {unit}.")
     return UnitGuess(units.COUNT, f"The field reads {size:.3g}: taken as raw counts.")
 
 
@@ -134,13 +143,15 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
     """
     steps = np.diff(ticks)
     step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
+    bursts = burst_pause(ticks) > 0.0
+    if bursts:
+        step = sampling_period(ticks)
     low, high = (0.3 * rate, 3.0 * rate) if rate else USUAL_SAMPLING_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME_UNITS[unit])
         if low <= found <= high:
-            return UnitGuess(
-                unit, f"The time column was taken as {unit}, which gives {found:.6g} Hz."
-            )
+            gives = "" if bursts else f", which gives {found:.6g} Hz"
+            return UnitGuess(unit, f"The time column was taken as {unit}{gives}.")
     return UnitGuess(
         "",
         f"The unit of the time column cannot be inferred from steps of {step:.6g}: name it, for "

@@ -3,7 +3,12 @@
 import numpy as np
 
 from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.limits.data_quality import (
+    MAX_BURST_RATIO,
+    MAX_PAUSE_SHARE,
+    MIN_PAUSES,
+)
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.statistics import median
 
 WARM_UP_SECONDS = 2.0
@@ -20,7 +25,7 @@ def sampling_period(times: FloatArray) -> float:
     """The sampling period from a few device times, s; 0 if time does not advance.
 
     Gaps and backward jumps are ignored. If the printed time is coarser than the period, equal times
-    are part of the mean.
+    are part of the mean; if the samples arrived in bursts, the pauses are.
 
     Args:
         times: shape (n,), s, as the device gave them.
@@ -29,6 +34,8 @@ def sampling_period(times: FloatArray) -> float:
     forward = steps[steps > 0]
     if not len(forward):
         return 0.0
+    if burst_pause(times):
+        return float(np.mean(forward))
     middle = median(forward)
     low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
     near = steps[(steps >= low) & (steps <= high)]
@@ -45,6 +52,28 @@ def time_quantum(times: FloatArray) -> float:
     if not len(steps) or float(np.mean(steps == 0)) <= 0.1 or not np.any(steps > 0):
         return 0.0
     return float(np.min(steps[steps > 0]))
+
+
+def burst_pause(times: FloatArray) -> float:
+    """The shortest pause between bursts, s, if times were taken when bursts arrived; otherwise 0.
+
+    The steps within a burst then show the speed of the link and not that of the sensor.
+
+    Args:
+        times: shape (n,), s, as they were given.
+    """
+    steps = np.diff(times)
+    long = pauses(steps)
+    if np.sum(long) < MIN_PAUSES or steps[long].sum() <= MAX_PAUSE_SHARE * steps[steps > 0].sum():
+        return 0.0
+    return MAX_BURST_RATIO * median(steps[steps > 0])
+
+
+def pauses(steps: FloatArray) -> BoolArray:
+    """Which steps of time are much longer than the usual one, shape (n,)."""
+    forward = steps[steps > 0]
+    usual = median(forward) if len(forward) else 0.0
+    return np.asarray(steps > MAX_BURST_RATIO * usual)
 
 
 class RateFit:
@@ -191,3 +220,65 @@ class HostClock:
         if not self._given:  # a given rate counts from the first sample, whatever the chunks
             self._last_index, self._last_time = float(indices[-1]), float(times[-1])
         return times
+
+
+class BurstClock:
+    """Times of recorded samples whose own times were taken when bursts of them arrived.
+
+    The end of each burst is the arrival of its samples for a ``HostClock``.
+
+    Args:
+        factor: seconds per tick.
+        pause: the shortest pause between bursts, s.
+        rate: samples per second, if known.
+    """
+
+    def __init__(self, factor: float, pause: float, rate: float | None) -> None:
+        self._factor = factor
+        self._pause = pause
+        self._host = HostClock(rate)
+        self._waiting = np.zeros(0)
+        self._first: float | None = None
+        self._count = 0
+
+    @property
+    def period(self) -> float:
+        """Current estimate of the sampling period, s; 0 while unknown."""
+        return self._host.period
+
+    @property
+    def lost(self) -> int:
+        """Number of lost samples."""
+        return self._host.lost
+
+    @property
+    def away(self) -> int:
+        """Number of samples lost in long gaps."""
+        return self._host.away
+
+    def feed(self, ticks: FloatArray) -> FloatArray:
+        """Times of the oldest samples that can be determined now, s; the others wait.
+
+        Args:
+            ticks: given times, shape (n,), finite.
+        """
+        if self._first is None and len(ticks):
+            self._first = float(ticks[0]) * self._factor
+        self._waiting = np.concatenate((self._waiting, ticks * self._factor))
+        ends = np.flatnonzero(np.abs(np.diff(self._waiting)) > self._pause) + 1
+        *bursts, self._waiting = np.split(self._waiting, ends)
+        return self._since_first([self._arrived(burst) for burst in bursts])
+
+    def flush(self) -> FloatArray:
+        """Times of the waiting samples, at the end of the recording."""
+        last, self._waiting = self._waiting, np.zeros(0)
+        arrived = [self._arrived(last)] if len(last) else []
+        return self._since_first([*arrived, self._host.flush()])
+
+    def _arrived(self, burst: FloatArray) -> FloatArray:
+        indices = np.arange(self._count, self._count + len(burst), dtype=float)
+        self._count += len(burst)
+        return self._host.feed(indices, float(burst[-1]))
+
+    def _since_first(self, parts: list[FloatArray]) -> FloatArray:
+        return (self._first or 0.0) + np.concatenate(parts) if parts else np.zeros(0)

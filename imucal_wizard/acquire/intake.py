@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.acquire.assemble import Assembler
+from imucal_wizard.acquire.column_guess import UnitGuess
 from imucal_wizard.acquire.decode import decoder_for, formats, is_binary
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import GarbageDetector
@@ -149,6 +150,11 @@ class Intake:
     def columns(self) -> tuple[Column, ...]:
         """The columns as far as they are known, with a proposal if they must be asked for."""
         return self._found.columns if self._found else self._search.columns
+
+    @property
+    def field_unit(self) -> UnitGuess | None:
+        """The guess of the magnetometer's unit from the first readings; None if it is known."""
+        return self._found.field_unit if self._found else None
 
     @property
     def setup(self) -> StreamSetup:

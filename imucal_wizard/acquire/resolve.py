@@ -17,9 +17,11 @@ from imucal_wizard.acquire.decode.vocabulary import (
     squeeze_name,
     unit_belongs,
 )
-from imucal_wizard.acquire.host_clock import sampling_period
+from imucal_wizard.acquire.host_clock import burst_pause, pauses, sampling_period
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
+from imucal_wizard.core.gravity import are_whole_numbers
+from imucal_wizard.core.limits.data_quality import MIN_PAUSES
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
@@ -29,6 +31,8 @@ FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
 _FIRST_SECONDS = 0.5
 """Device time that the first rows must span for its period, s."""
+_LONGEST_FIRST_SECONDS = 5.0
+"""The same if there are pauses in them, which may be gaps or the pauses between bursts, s."""
 _PLAUSIBLE_SAMPLING = (0.2, 50_000.0)
 """Slowest and fastest plausible sampling, Hz."""
 _MAX_BACKWARD_SHARE = 0.2
@@ -48,11 +52,14 @@ class ResolvedColumns:
         needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
             for a recording; or ``NEEDS_ACCELEROMETER``.
         notes: messages to the user about guesses and their reasons, or about missing data.
+        field_unit: the guess of the magnetometer's unit, if the magnitude of the first readings is
+            its reason: all readings tell more.
     """
 
     columns: tuple[Column, ...]
     needs: tuple[str, ...]
     notes: tuple[str, ...]
+    field_unit: column_guess.UnitGuess | None = None
 
 
 def resolve_columns(
@@ -199,6 +206,7 @@ def _with_units(
     notes: list[str],
 ) -> ResolvedColumns:
     needs: list[str] = []
+    field_unit: column_guess.UnitGuess | None = None
     for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
@@ -212,13 +220,15 @@ def _with_units(
         found = _unit_guess(sensor, values[:, places], columns, values)
         if found.why:
             notes.append(found.why)
+        if sensor == "magnetometer" and found.why != _WHOLE.format(sensor):
+            field_unit = found
         if found.unit:
             columns = _set_unit(columns, places, found.unit)
         else:
             needs.append(f"{sensor} unit")
     columns, beside = _without_foreign(columns)
     columns, needed, time = _timed(setup, columns, values, arrivals)
-    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time))
+    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), field_unit)
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:
@@ -287,17 +297,16 @@ def _unit_guess(
         return column_guess.UnitGuess("", f"The {sensor} has sent no numbers yet (empty or NaN).")
     if sensor == "accelerometer":
         return column_guess.guess_accelerometer_unit(good)
-    if sensor == "magnetometer":
-        return column_guess.guess_magnetometer_unit(good)
     accelerometer = sensor_places(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
-    both = values[:, accelerometer + sensor_places(columns, "gyroscope")]
-    both = both[np.isfinite(both).all(axis=1)]
-    if counts and bool(np.all(both == np.round(both))):
-        return column_guess.UnitGuess(
-            units.COUNT, "Whole numbers: the gyroscope is read as raw counts."
-        )
+    if counts and are_whole_numbers(np.column_stack([own, values[:, accelerometer]])):
+        return column_guess.UnitGuess(units.COUNT, _WHOLE.format(sensor))
+    if sensor == "magnetometer":
+        return column_guess.guess_magnetometer_unit(good)
     return column_guess.UnitGuess("", "")
+
+
+_WHOLE = "Whole numbers: the {} is read as raw counts."
 
 
 def _timed(
@@ -331,8 +340,17 @@ def _timed(
     if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME_UNITS)),)
     doubt = _doubtful(ticks, time.unit)
+    bursts: tuple[str, ...] = ()
+    if burst_pause(ticks):
+        if arrivals is not None:
+            return (
+                dropped,
+                rate,
+                (f"The times jitter as if they were taken on arrival: {instead}.",),
+            )
+        bursts = (_BURSTS,)
     if time.unit and not doubt:
-        return columns, (), _contradicted(setup.rate, ticks, time.unit)
+        return columns, (), (*bursts, *_contradicted(setup.rate, ticks, time.unit))
     if doubt and arrivals is None:
         return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
     if arrivals is None:
@@ -343,14 +361,22 @@ def _timed(
         return columns, ("columns",), (found.why,)
     if not found.unit:
         return dropped, rate, (f"{doubt}{found.why} It is not used; {instead}.",)
-    notes = (doubt + found.why, *_contradicted(setup.rate, ticks, found.unit))
+    notes = (doubt + found.why, *bursts, *_contradicted(setup.rate, ticks, found.unit))
     return _set_unit(columns, [place], found.unit), (), notes
+
+
+_BURSTS = (
+    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly "
+    "over them. Let the device print its own time."
+)
 
 
 def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
     """Message about a stated rate that contradicts the times."""
     period = sampling_period(ticks * units.unit_factor("time", unit))
     if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
+        return ()
+    if burst_pause(ticks):  # they contradict nothing: the stated rate is used
         return ()
     message = (
         f"The stated rate of {rate:g} Hz was not used: the time column says {1.0 / period:.6g} Hz. "
@@ -390,8 +416,10 @@ def first_rows(
     if not columns[place].unit:
         return None
     seconds = values[:, place] * units.unit_factor("time", columns[place].unit)
-    steps = np.nan_to_num(np.diff(seconds, prepend=seconds[:1]))
-    enough = np.flatnonzero(np.cumsum(np.maximum(steps, 0.0)) >= _FIRST_SECONDS)
+    steps = np.maximum(np.nan_to_num(np.diff(seconds, prepend=seconds[:1])), 0.0)
+    past, seen = np.cumsum(steps), np.cumsum(pauses(steps))
+    known = (seen == 0) | (seen >= MIN_PAUSES) | (past >= _LONGEST_FIRST_SECONDS)
+    enough = np.flatnonzero((past >= _FIRST_SECONDS) & known)
     if not len(enough):
         return values if full else None
     return values[: max(int(enough[0]) + 1, FIRST_ROWS)]

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from imucal_wizard.acquire.column_guess import UnitGuess
 from imucal_wizard.acquire.decode import decoder_for
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import MIN_UNKNOWN_LINES, Detector
@@ -58,11 +59,13 @@ class ResolvedStream:
         format: name of the format.
         columns: every column, with its unit.
         first: first rows of the stream, which give the device's period.
+        field_unit: as in ``ResolvedColumns``.
     """
 
     format: str
     columns: tuple[Column, ...]
     first: FloatArray
+    field_unit: UnitGuess | None = None
 
 
 class StreamSearch:
@@ -189,4 +192,6 @@ class StreamSearch:
             return None
         full = full or len(self._arrivals) >= _MAX_PROBE_ROWS
         first = first_rows(found.columns, values, full=full)
-        return None if first is None else ResolvedStream(decoder.name, found.columns, first)
+        if first is None:
+            return None
+        return ResolvedStream(decoder.name, found.columns, first, found.field_unit)

@@ -17,6 +17,11 @@ MEDIAN_CHI_SQUARE = 0.4549
 CORRELATION_ROUNDING = 1e-6
 """By how much rounding may change a correlation that derivatives by differences have gone into."""
 
+MIN_SPHERE_POINTS, MIN_SPHERE_THICKNESS = 9, 0.3
+"""Points that show the centre of a sphere; ratio of their smallest spread to the largest."""
+MAX_SPHERE_SCATTER = 0.25
+"""Relative scatter of their distances from it; those of noise about one point scatter by 0.42."""
+
 
 def robust_deviation(errors: ArrayLike) -> float:
     """Standard deviation of errors about zero, from the median of their absolute values."""
@@ -79,6 +84,22 @@ def lengths(vectors: "FloatArray") -> "FloatArray":
     """Length of each vector, (n, 3): the bits of ``np.linalg.norm``, five times faster."""
     x, y, z = vectors.T
     return np.asarray(np.sqrt(x * x + y * y + z * z))
+
+
+def sphere_centre(points: "FloatArray") -> "FloatArray | None":
+    """Centre of the sphere through points, shape (3,); None where they lie on none or hide it.
+
+    Args:
+        points: shape (n, 3).
+    """
+    offsets = points - points.mean(axis=0)
+    spread = np.linalg.eigvalsh(offsets.T @ offsets)
+    if len(points) < MIN_SPHERE_POINTS or not spread[0] > MIN_SPHERE_THICKNESS**2 * spread[-1]:
+        return None
+    columns = np.column_stack([2.0 * points, np.ones(len(points))])
+    centre = np.asarray(np.linalg.lstsq(columns, (points**2).sum(axis=1))[0][:3])
+    distances = lengths(points - centre)
+    return centre if distances.std() < MAX_SPHERE_SCATTER * distances.mean() else None
 
 
 def is_covariance(values: Sequence[Sequence[float]], count: int) -> bool:

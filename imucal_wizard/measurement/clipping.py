@@ -30,7 +30,6 @@ from imucal_wizard.core.limits.data_quality import (
     MIN_SHORTFALL,
     MIN_SILENT_HOLDS,
     MIN_SLOW_MOTIONS,
-    MIN_SPHERE_HOLDS,
     MIN_UNKNOWN_SHORTFALL,
     NEAR_TOP,
     PLATEAU_BAND,
@@ -39,7 +38,13 @@ from imucal_wizard.core.limits.data_quality import (
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median, median_of_rows, sample_quantile
+from imucal_wizard.core.statistics import (
+    SIGMA_PER_MEDIAN,
+    median,
+    median_of_rows,
+    sample_quantile,
+    sphere_centre,
+)
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.stillness import Noise, Windows
@@ -257,7 +262,8 @@ def seconds_at_end(time: FloatArray, rate: FloatArray) -> float:
 def _gravity_ratios(motions: Sequence[RateSegment], unit: str) -> FloatArray:
     """Angle by gravity over the integrated rate of each motion; NaN where gravity shows none."""
     angles, felt = np.full(len(motions), np.nan), np.full(len(motions), np.nan)
-    centre = _centre(np.array([one.before for one in motions] + [motions[-1].after]))
+    centre = sphere_centre(np.array([one.before for one in motions] + [motions[-1].after]))
+    centre = np.zeros(3) if centre is None else centre
     for i, one in enumerate(motions):
         steps = np.gradient(one.time)[:, None] * one.turned
         total = steps.sum(axis=0)
@@ -278,15 +284,6 @@ def _gravity_ratios(motions: Sequence[RateSegment], unit: str) -> FloatArray:
     scale = 1.0 if unit != COUNT else median(np.abs(angles[known]) / felt[known])
     whole = 2.0 * np.pi * np.round((scale * felt - angles) / (2.0 * np.pi))
     return np.asarray((angles + whole) / felt)
-
-
-def _centre(readings: FloatArray) -> FloatArray:
-    """Centre of the sphere through readings at rest; zero where they do not show it, shape (3,)."""
-    spread = np.linalg.svd(readings - readings.mean(axis=0), compute_uv=False)
-    if len(readings) < MIN_SPHERE_HOLDS or spread[-1] < 0.3 * spread[0]:
-        return np.zeros(3)
-    columns = np.column_stack([2.0 * readings, np.ones(len(readings))])
-    return np.asarray(np.linalg.lstsq(columns, (readings**2).sum(axis=1))[0][:3])
 
 
 def clipped_axis(

@@ -78,6 +78,15 @@ def test_the_size_of_the_field_tells_the_magnetometers_unit(size: float, unit: s
     assert column_guess.guess_magnetometer_unit(at(size)).unit == unit
 
 
+def test_a_magnet_beside_the_sensor_does_not_change_the_unit() -> None:
+    """The readings surround (-48, -223, -35) at a distance of 50."""
+    directions = np.random.default_rng(6).normal(size=(500, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    found = column_guess.guess_magnetometer_unit(50.0 * directions + (-48.0, -223.0, -35.0))
+    assert found.unit == "uT"
+    assert "reads 50" in found.why
+
+
 @pytest.mark.parametrize(("step", "unit"), [(0.01, "s"), (10.0, "ms"), (10_000.0, "us")])
 def test_the_unit_of_time_follows_from_the_hosts_clock(step: float, unit: str) -> None:
     arrivals = 50 + ramp(100, 0.01)

@@ -35,9 +35,8 @@ MIN_FLAT_SHARE = 0.7
 MIN_SHORTFALL, MIN_UNKNOWN_SHORTFALL = 0.02, 0.12
 """Part of the angle that is lost at the end of the range: against the same gyroscope's slower
 rotations, and where there are none (no sensor's scale is wrong by as much)."""
-MIN_SLOW_MOTIONS, MIN_SPHERE_HOLDS = 3, 9
-"""Slower motions that determine the gyroscope's scale; holds that determine the accelerometer's
-bias."""
+MIN_SLOW_MOTIONS = 3
+"""Slower motions that determine the gyroscope's scale."""
 MAX_STEADY_SHARE = 0.6
 """Share of a rotation's angle at its largest rate; a hand that clips as much loses 14 % of it, a
 turntable nothing."""
@@ -73,6 +72,10 @@ MAX_JITTER_SHARE = 0.05
 MAX_UNEVEN_PART, MAX_BURST_RATIO = 0.1, 5.0
 """Long steps that are not a whole number of intervals, or longer than this many intervals, are
 pauses between bursts."""
+
+MIN_PAUSES, MAX_PAUSE_SHARE = 3, 0.5
+"""Pauses of that many intervals, and their share of the time, above which the samples arrived in
+bursts: a single pause is a gap, and a sensor does not pause for most of the time."""
 
 USUAL_SAMPLING_RATES = 5.0, 20_000.0
 """Hz; devices that record a motion sample no slower and no faster."""

@@ -114,6 +114,44 @@ def test_times_of_arrival_are_told_from_loss(tmp_path: Path) -> None:
     assert not _told(readings, "samples are missing")
 
 
+def _in_bursts(rng: np.random.Generator) -> FloatArray:
+    """Times at which samples of 100 Hz were read, some at a time, from a buffer of the link."""
+    sizes = rng.integers(3, 9, 800)
+    ends = np.cumsum(sizes)
+    late = ends / 100.0 + rng.uniform(0.0, 0.008, len(ends))
+    return np.concatenate(
+        [end + 0.002 * np.arange(1 - size, 1) for end, size in zip(late, sizes, strict=True)]
+    )
+
+
+@pytest.mark.parametrize("header", ["t[s]", "t"])
+def test_samples_that_arrived_in_bursts_are_spread_evenly(tmp_path: Path, header: str) -> None:
+    time = _in_bursts(np.random.default_rng(4))
+    readings = _timed(tmp_path, time, header)
+    assert len(readings) == len(time)
+    own = readings.accelerometer.time
+    assert np.diff(own).min() > 0.009
+    assert readings.accelerometer.rate == pytest.approx(100.0, rel=2e-3)
+    np.testing.assert_allclose(own - time, np.mean(own - time), atol=0.05)
+    assert _told(readings, "spread evenly")
+    assert not _told(readings, "missing")
+    assert not _told(readings, "Hz")
+
+
+def test_a_stated_rate_holds_for_samples_that_arrived_in_bursts(tmp_path: Path) -> None:
+    readings = _timed(tmp_path, _in_bursts(np.random.default_rng(4)), "t[s]", rate=100.0)
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01)
+    assert not _told(readings, "not used")
+
+
+def test_three_gaps_are_no_pauses_between_bursts(tmp_path: Path) -> None:
+    time = np.arange(3000) / 100.0
+    for gap in (5, 20, 40):
+        time[gap:] += 0.1
+    readings = _timed(tmp_path, time, "t[s]")
+    np.testing.assert_allclose(readings.accelerometer.time, time)
+
+
 @pytest.mark.parametrize(
     ("step", "unit"),
     [(0.01, "s"), (10.0, "ms"), (1.0, "ms"), (0.6, "ms"), (10_000.0, "us"), (1e6, "ns")],

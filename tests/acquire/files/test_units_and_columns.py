@@ -26,6 +26,35 @@ def test_the_contract_csv_gives_si_values_and_no_warning(tmp_path: Path) -> None
     assert readings.temperature.values.shape == (400, 1)
 
 
+def test_the_unit_of_the_field_follows_from_all_readings(tmp_path: Path) -> None:
+    """A magnet adds 220 uT, so that the first readings look like those of a field in mG."""
+    rng = np.random.default_rng(9)
+    directions = rng.normal(size=(600, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    values = 48.0 * directions + (-40.0, -220.0, -30.0)
+    path = write(tmp_path / "a.csv", values, "mx,my,mz")
+    readings = read_files([path], RecordingOptions(rate=50.0), field_alone=True)
+    assert readings.magnetometer is not None
+    assert readings.magnetometer.unit == "uT"
+    np.testing.assert_allclose(readings.magnetometer.values, values, atol=1e-6)
+    assert any("reads 48, so it is taken as uT" in text for text in readings.warnings)
+    assert not any("mG" in text for text in readings.warnings)
+    stated = read_files(
+        [path], RecordingOptions(rate=50.0, magnetometer_unit="mG"), field_alone=True
+    )
+    assert stated.magnetometer is not None
+    np.testing.assert_allclose(stated.magnetometer.values, 0.1 * values, atol=1e-6)
+
+
+def test_a_field_in_whole_numbers_beside_counts_is_in_counts(tmp_path: Path) -> None:
+    rng = np.random.default_rng(9)
+    values = np.round(rng.normal((0.0, 0.0, 16384.0, 200.0, -180.0, 150.0), 3.0, (400, 6)))
+    path = write(tmp_path / "a.csv", values, "ax,ay,az,mx,my,mz")
+    readings = read_files([path], RecordingOptions(rate=50.0))
+    assert readings.magnetometer is not None
+    assert readings.magnetometer.unit == "count"
+
+
 @pytest.mark.parametrize(
     ("accelerometer", "per_si", "gyroscope", "rate_per_si", "time", "ticks"),
     [
