@@ -7,8 +7,9 @@ temperatures and with new noise. The size that is found is the 95th or 90th cent
 from which the program sees or names the effect, hidden by the simulator, in these sessions; the
 devices are put together in units of the median size that is told of each. What the program says at
 other sizes than the one hidden follows from the misfits without the effect and with it, which are
-linear in the size. Scales and biases are new in each session of the accelerometer, and the noise of
-all devices is alike.
+linear in the size. The noise of all devices is alike. Scales and biases are new in each session of
+the accelerometer, and those of the device in each session of the gyroscope, whose recordings also
+have the same hand: its poses, rotations, placement errors and wobble.
 
 The table has, for each effect, the median of told over found with its 90 % interval, the share of
 tellings within 20 % of the size found, told over found of the middle 80 % of the tellings (the
@@ -26,10 +27,11 @@ session in twenty needs 1.1 times the size told, and one in a hundred 1.7 times:
     --design       18 or 26+12 poses
     --devices      number of devices; --recordings sessions of each
     --any-poses    the poses are drawn anew in each session, and the size found is that of all of
-                   them; always so for the gyroscope
+                   them
     --seed         of the study; other seeds give other sessions
     --only         part of an effect's name
-    --colour       of the accelerometer's noise; --noise the size of it over that of the colour
+    --colour       of the accelerometer's noise; --noise the size of it over that of the colour, or
+                   of the noise of a device with a gyroscope over that of a consumer's
 """
 
 import argparse
@@ -64,6 +66,7 @@ from imucal_wizard.estimate.fit import fit
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
 from imucal_wizard.simulate.hidden import Hidden
+from imucal_wizard.simulate.sensor import SensorModel
 
 SEEN, NAMED = "seen", "named"
 SHARES = {SEEN: 0.95, NAMED: 0.90}
@@ -74,8 +77,6 @@ REACH = 6.0
 """Largest size looked at, over the one hidden, and the smallest under it."""
 HALVINGS = 7
 """Of the range of sizes between these two: to 2 %."""
-GRADE = "consumer"
-"""Of the gyroscope."""
 
 Over = Callable[[Callable[..., Any], Iterable[Any]], Iterable[Any]]
 """Calls a function for each of several values."""
@@ -89,8 +90,10 @@ class Asked:
         sensor: name of the sensor.
         design: poses of a session.
         colour: of the accelerometer's noise.
-        noise: size of this noise over that of the colour.
-        same_poses: whether all sessions of a device have the same poses, times and temperatures.
+        noise: size of this noise over that of the colour; for the gyroscope, size of the noise of
+            the whole device over that of a consumer's.
+        same_poses: whether all sessions of a device have the same poses, times and temperatures,
+            and the same hand.
     """
 
     sensor: str
@@ -161,10 +164,11 @@ def misfit_of(
         setting: of the effects, s.
     """
     if asked.sensor == GYROSCOPE:
-        # the hand and the noise have one seed
         poses = "26+repeats" if asked.design == "26+12" else "18"
         own = int(np.random.default_rng(seeds).integers(2**31))
-        bench = benches_of(own, GRADE, hidden, poses, device=seeds[0]).bench(GYROSCOPE)
+        model = SensorModel.drawn(seeds[0]).with_noise(asked.noise)
+        hand = seeds[0] if asked.same_poses else own
+        bench = benches_of(own, model, hidden, poses, hand).bench(GYROSCOPE)
         return None if bench is None else bench.look().misfit
     rng, of_poses = np.random.default_rng(seeds), seeds[0] if asked.same_poses else sum(seeds)
     if asked.sensor == ACCELEROMETER:
@@ -426,7 +430,7 @@ def main() -> None:
     parser.add_argument("--any-poses", action="store_true")
     parser.add_argument("--jobs", type=int, default=2)
     given = parser.parse_args()
-    same_poses = not given.any_poses and given.sensor != GYROSCOPE
+    same_poses = not given.any_poses
     asked = Asked(given.sensor, given.design, given.colour, given.noise, same_poses)
     words = given.only or [""]
     terms = [term for term in terms_of(asked.sensor) if any(word in term for word in words)]

@@ -19,6 +19,7 @@ from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.simulate.hidden import Hidden
 from imucal_wizard.simulate.recording import simulate_recording
+from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach.draw import virtual_sensor
 
 POSES = "26+repeats"
@@ -58,24 +59,25 @@ def terms_of(sensor: str) -> list[str]:
 
 def benches_of(
     seed: int,
-    grade: str,
+    model: SensorModel,
     hidden: Sequence[Hidden],
     poses: str = POSES,
-    device: int | None = None,
+    hand_seed: int | None = None,
 ) -> Benches:
-    """One recording of the virtual sensor of a seed, as the program reads and fits it.
+    """One recording of a virtual sensor, as the program reads and fits it.
 
     Args:
         seed: of the recording.
-        grade: of the sensor.
+        model: the sensor.
         hidden: the effects in it.
         poses: set of still poses.
-        device: seed of the sensor; None for that of the recording.
+        hand_seed: of the poses and the hand, if it is not that of the recording.
     """
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
-        model = virtual_sensor(seed if device is None else device, grade)
-        simulate_recording(path, hidden=hidden, poses=poses, seed=seed, model=model)
+        simulate_recording(
+            path, hidden=hidden, seed=seed, hand_seed=hand_seed, poses=poses, model=model
+        )
         readings = read_files([path])
     return Benches(fit_readings(readings), readings)
 
@@ -114,7 +116,7 @@ def nameable_sizes(
         shaken: the support shakes in some poses.
     """
     nothing = (Hidden(ACCELEROMETER, "vibration-rectification", 0.0, (0,)),) if shaken else ()
-    bench = benches_of(seed, grade, nothing).bench(sensor)
+    bench = benches_of(seed, virtual_sensor(seed, grade), nothing).bench(sensor)
     suspects = () if bench is None else bench.look().suspects
     return {one.term: one.nameable for one in suspects if one.candidate is not None}
 

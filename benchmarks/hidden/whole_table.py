@@ -20,7 +20,7 @@ from benchmarks.hidden.whole import (
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Opinion
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
-from imucal_wizard.teach.draw import GRADE_NOISE
+from imucal_wizard.teach.draw import GRADE_NOISE, virtual_sensor
 
 TIMES = 1.0
 """Hidden at so many times what the program calls nameable in the same session without it."""
@@ -93,11 +93,12 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
     if sizes is None or not np.isfinite(sizes).any():
         return None
     hidden = (hidden_in(sensor, term, TIMES, sizes, rng),)
-    return judged(benches_of(own, GRADE, hidden), sensor, hidden)
+    return judged(benches_of(own, virtual_sensor(own, GRADE), hidden), sensor, hidden)
 
 
 def _plain(grade: str, seed: int, number: int) -> tuple[Opinion, Opinion]:
-    benches = benches_of(seed + number, grade, ())
+    own = seed + number
+    benches = benches_of(own, virtual_sensor(own, grade), ())
     accelerometer = judged(benches, ACCELEROMETER, ())
     gyroscope = benches.bench("gyroscope")
     if gyroscope is None:

@@ -44,6 +44,7 @@ class VirtualImu:
     Args:
         rate: samples per second of device time.
         seed: seed of the sensor's errors, the noise and the hand.
+        hand_seed: seed of the hand, if it is another one.
         speed: device seconds per second of the wall clock; ``inf`` for unlimited speed.
         sensor: the sensor; drawn from the seed if not given.
         hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
@@ -76,6 +77,7 @@ class VirtualImu:
         sensor: SensorModel | None = None,
         hidden: Iterable[Hidden | str] = (),
         *,
+        hand_seed: int | None = None,
         magnetometer: bool = False,
         ammeter: bool = False,
         following: bool = False,
@@ -88,7 +90,8 @@ class VirtualImu:
         self.sensor = SensorModel.drawn(seed) if sensor is None else sensor
         effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
         check_sensors(effects, magnetometer=magnetometer)
-        self.hand = VirtualHand(rate, seed, shaken=needs_shaking(effects), following=following)
+        moved_by = seed if hand_seed is None else hand_seed
+        self.hand = VirtualHand(rate, moved_by, shaken=needs_shaking(effects), following=following)
         load = VirtualLoad(seed) if ammeter or draws_current(effects) else None
         field = VirtualMagnetometer(TrueField.drawn(seed), seed) if magnetometer else None
         self.stream = VirtualStream(

@@ -55,6 +55,7 @@ def simulate_recording(
     *,
     hidden: Iterable[Hidden | str] = (),
     seed: int = 0,
+    hand_seed: int | None = None,
     rate: float = 100.0,
     poses: str = "18",
     model: SensorModel | None = None,
@@ -68,7 +69,8 @@ def simulate_recording(
     Args:
         path: CSV file to write.
         hidden: additional effects of the sensor, parsed or as ``TERM:SIZE:AXIS``.
-        seed: seed of the sensor's errors, the noise and the hand.
+        seed: seed of the sensor's errors, the noise, the poses and the hand.
+        hand_seed: seed of the poses and the hand, if it is another one.
         rate: samples per second.
         poses: ``6``, ``8`` (N's tilted ones), ``18``, ``26`` or ``26+repeats``.
         model: the sensor; drawn from the seed if not given.
@@ -83,12 +85,14 @@ def simulate_recording(
     """
     effects = [parse_hidden(h) if isinstance(h, str) else h for h in hidden]
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
-    names = pose_names(poses, generator(seed, RandomStream.POSES))
+    moved_by = seed if hand_seed is None else hand_seed
+    names = pose_names(poses, generator(moved_by, RandomStream.POSES))
     imu = VirtualImu(
         rate,
         seed,
         sensor=model,
         hidden=effects,
+        hand_seed=moved_by,
         magnetometer=magnetometer,
         ammeter=ammeter,
         bias_step=(FIRST_REST_SECONDS + 0.5 * len(names) * (seconds + PLACING_SECONDS)) / 60.0,
@@ -96,7 +100,7 @@ def simulate_recording(
     )
     script = recording_script(
         poses,
-        generator(seed, RandomStream.POSES),
+        generator(moved_by, RandomStream.POSES),
         hold=seconds,
         rotations=rotations,
         shaken=needs_shaking(effects),

@@ -5,6 +5,8 @@ The body frame is the accelerometer's: its x axis is the x axis of the body and 
 triangular, so a triangular calibration should find the true ``M = S⁻¹``.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
@@ -53,6 +55,15 @@ class Triad:
         if self.step > 0.0:
             exact = np.round(exact / self.step) * self.step
         return np.asarray(np.clip(exact, self.lowest, self.highest), np.float64)
+
+    def with_noise(self, times: float) -> "Triad":
+        """The same triad with noise, bias instability and step so many times as large."""
+        return replace(
+            self,
+            density=self.density * times,
+            floor=self.floor * times,
+            step=self.step * times,
+        )
 
 
 @dataclass(frozen=True)
@@ -126,6 +137,14 @@ class SensorModel:
             highest=2000.0 * DEGREE,
         )
         return cls(accelerometer, gyroscope)
+
+    def with_noise(self, times: float) -> "SensorModel":
+        """The same sensor with the noise of both triads so many times as large."""
+        return replace(
+            self,
+            accelerometer=self.accelerometer.with_noise(times),
+            gyroscope=self.gyroscope.with_noise(times),
+        )
 
 
 def _signed(rng: np.random.Generator, smallest: float, largest: float) -> FloatArray:

@@ -2,7 +2,6 @@
 
 import secrets
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.catalogue import builtin_effects
 from imucal_wizard.model.effect import MAGNETOMETER, Effect, EffectParameter
 from imucal_wizard.simulate.hidden import HIDDEN_TERMS, Hidden
-from imucal_wizard.simulate.sensor import SensorModel, Triad
+from imucal_wizard.simulate.sensor import SensorModel
 
 GRADE_NOISE = {"consumer": 1.0, "industrial": 0.3, "tactical": 0.1}
 """Noise, bias instability and step of a sensor of each grade, relative to a consumer part."""
@@ -92,18 +91,4 @@ def draw_effect(
 
 def virtual_sensor(seed: int, grade: str) -> SensorModel:
     """The virtual sensor of a seed, with the noise of its grade."""
-    model, share = SensorModel.drawn(seed), GRADE_NOISE[grade]
-    return replace(
-        model,
-        accelerometer=_quieter(model.accelerometer, share),
-        gyroscope=_quieter(model.gyroscope, share),
-    )
-
-
-def _quieter(triad: Triad, share: float) -> Triad:
-    return replace(
-        triad,
-        density=triad.density * share,
-        floor=triad.floor * share,
-        step=triad.step * share,
-    )
+    return SensorModel.drawn(seed).with_noise(GRADE_NOISE[grade])

@@ -100,6 +100,19 @@ def test_a_seed_is_a_recording(tmp_path: Path) -> None:
     assert paths[0].read_bytes() == paths[1].read_bytes() != paths[2].read_bytes()
 
 
+def test_a_hand_with_a_seed_of_its_own_repeats_its_motion(tmp_path: Path) -> None:
+    """Sessions that differ by nothing but the noise."""
+    paths = [tmp_path / name for name in "abcd"]
+    kinds = (ideal(), 1), (ideal(), 2), (None, 1), (None, 2)
+    for path, (model, seed) in zip(paths, kinds, strict=True):
+        model = model or SensorModel.drawn(1)
+        simulate_recording(
+            path, seed=seed, hand_seed=5, poses="6", rotations=1, hold=2.0, rate=25.0, model=model
+        )
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    assert paths[2].read_bytes() != paths[3].read_bytes()
+
+
 def test_the_truth_corrects_the_recording(tmp_path: Path) -> None:
     """With the true parameters every rest is one g long within the noise."""
     path = tmp_path / "out.csv"
