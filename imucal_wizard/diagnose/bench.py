@@ -13,6 +13,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
@@ -511,7 +512,7 @@ class Bench:
         begin = self.likeliest_variant(effect.name) if near is None else near
         term = Term(effect, begin)
         if effect.sudden and begin is not None and self.sensor == GYROSCOPE:
-            times = np.unique(self.measured.circumstances.time)
+            times = distinct(self.measured.circumstances.time)
             place = int(np.clip(np.searchsorted(times, begin), 1, len(times) - 1))
             return most_likely_moment(with_term, term, (times[place - 1], times[place]))
         return most_likely_setting(with_term, term, settings)

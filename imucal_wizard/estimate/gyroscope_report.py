@@ -12,7 +12,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.statistics import lengths, median, median_of_rows
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
@@ -181,7 +181,7 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
         if hold.gyroscope_scatter is not None
     ]
     if single:  # in holds that sway, most of the noise of the means is motion
-        density = np.minimum(density, np.median(single, axis=0))
+        density = np.minimum(density, median_of_rows(np.array(single)))
     steps = np.concatenate([np.diff(one.time[strictly_later(one.time)]) for one in usable])
     spread = np.concatenate([one.rate for one in usable]).std(axis=0)
     noise = np.sqrt(density / median(steps))

@@ -21,6 +21,7 @@ from imucal_wizard.core.limits.stillness import (
     MAX_FORCE_LIMIT,
     MAX_RATE_LIMIT,
     MIN_HOLD_SECONDS,
+    MIN_RATE_LIMIT_DEG,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
     MIN_SPEED_RATIO,
@@ -82,6 +83,7 @@ class ReducedRecording:
         one_position: whether it stayed so.
         rests: the rests of the recording.
         resting_rate: the gyroscope's reading at rest in each window, shape (m, 3), or None.
+        least_rate: the smallest limit of the mean rate at rest; 0 for counts of unknown size.
         holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
@@ -94,6 +96,7 @@ class ReducedRecording:
     one_position: bool
     rests: Rests
     resting_rate: FloatArray | None
+    least_rate: float = 0.0
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
 
     @property
@@ -125,6 +128,7 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
     rests = Rests(windows, step_a, step_g)
+    known = gyroscope is not None and gyroscope.unit != COUNT
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
     return ReducedRecording(
         blocks=blocks,
@@ -136,6 +140,7 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         one_position=one_position,
         rests=rests,
         resting_rate=resting,
+        least_rate=math.radians(MIN_RATE_LIMIT_DEG) * known,
     )
 
 
@@ -226,7 +231,8 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     """The holds in the rests that these limits find."""
     seconds = median(stream.blocks.end - stream.blocks.start)
     shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
-    limits = replace(limits, gyroscope_mean=stream.resting_rate)
+    rate = None if limits.rate is None else np.maximum(limits.rate, stream.least_rate)
+    limits = replace(limits, gyroscope_mean=stream.resting_rate, rate=rate)
     runs = still_runs(stream.windows.still(limits))
     rests = {
         rest
@@ -251,12 +257,11 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     limits, usual = stream.noise.limits(REST_FACTOR), stream.resting_rate
     if limits.rate is None or usual is None:
         return []
+    most = np.maximum(limits.rate, stream.least_rate)
     found = []
     for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
-        off = (
-            one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > limits.rate).any()
-        )
+        off = one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > most).any()
         if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
             found.append((one.start, one.end))
     return found
