@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.effect_text import (
     sizes_text,
 )
 from imucal_wizard.diagnose.free_curves import shape_of
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
@@ -396,11 +396,19 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
     if 0 in diagnosis.disturbed_holds and of_before:
         what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
+    advice = f"Measure {them} again; nothing has been deleted."
+    holds = diagnosis.disturbed_holds
+    if len(holds) == len(places) and measured_again(bench.rows, holds):
+        rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
+        spans = _and([f"{start:.1f} to {end:.1f} s" for start, end in bench.rows.span[rows]])
+        advice = (
+            f"Other holds in the same pose agree with the rest: leave out {spans}. Nothing has "
+            "been deleted."
+        )
     return [
         (
             f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
-            f"tested here, and without {them} only noise is left: {what}. "
-            f"Measure {them} again; nothing has been deleted."
+            f"tested here, and without {them} only noise is left: {what}. {advice}"
         )
     ]
 
