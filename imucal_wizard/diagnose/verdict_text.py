@@ -274,7 +274,10 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
     only = " only" if alone and not others else ""
     what = "The error" if alone else "Part of the error"
-    sentences = [f"{what} of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
+    depends = f"depends on {shape.over}{only}"
+    if shape.against == "time":  # so does everything that changes with it
+        depends = f"follows {shape.over}"
+    sentences = [f"{what} of {shape.axis} {depends}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
         sentences.append(f"It may be {names} as well: these data cannot decide which.")
@@ -364,14 +367,16 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     what, noise = "pose", "noise within a hold"
     if not bench.measured.at_rest:
         what, noise = "direction of the field", "noise of its samples"
+    curves = _curves(diagnosis, bench)
     return [
         (
             f"The same {what} does not repeat: it differs by {size} from visit to visit "
             f"({interval}); the {noise} gives {within}."
         ),
         *_course(diagnosis, bench),
-        *_curves(diagnosis, bench),
-        f"No model can be judged below this difference. The error is {_against_noise(bench)}.",
+        *curves,
+        *([] if curves else ["No model can be judged below this difference."]),
+        f"The error is {_against_noise(bench)}.",
     ]
 
 
