@@ -433,7 +433,7 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
         why = _capital(diagnosis.lacking)
     sentences = [f"{why}."]
-    if diagnosis.bench is not None:
+    if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
