@@ -18,9 +18,11 @@ from imucal_wizard.core.limits.stillness import (
     COURSE_STRETCHES,
     GUARD_BLOCKS,
     LIVELY_PERCENTILE,
+    LIVELY_RATE,
     MAX_FORCE_LIMIT,
     MAX_RATE_LIMIT,
     MIN_HOLD_SECONDS,
+    MIN_LIVELY_BLOCKS,
     MIN_RATE_LIMIT_DEG,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
@@ -44,7 +46,7 @@ from imucal_wizard.core.readings import (
     Series,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square, sample_quantile
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.blocks import (
     BlockCutter,
@@ -83,7 +85,8 @@ class ReducedRecording:
         one_position: whether it stayed so.
         rests: the rests of the recording.
         resting_rate: the gyroscope's reading at rest in each window, shape (m, 3), or None.
-        least_rate: the smallest limit of the mean rate at rest; 0 for counts of unknown size.
+        least_rate: the smallest limit of the mean rate at rest, in the reading's unit; 0 where its
+            size is not known.
         holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
@@ -128,7 +131,9 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
     rests = Rests(windows, step_a, step_g)
-    known = gyroscope is not None and gyroscope.unit != COUNT
+    gravity, unit = magnitude if one_position else reach, 1.0
+    if gyroscope is None or gyroscope.unit == COUNT:
+        unit = _counts_per_radian(blocks, gravity, noise.mean_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
     return ReducedRecording(
         blocks=blocks,
@@ -136,11 +141,11 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         noise=noise,
         step_a=step_a,
         step_g=step_g,
-        gravity=magnitude if one_position else reach,
+        gravity=gravity,
         one_position=one_position,
         rests=rests,
         resting_rate=resting,
-        least_rate=math.radians(MIN_RATE_LIMIT_DEG) * known,
+        least_rate=math.radians(MIN_RATE_LIMIT_DEG) * unit,
     )
 
 
@@ -213,6 +218,24 @@ def _resting_rate(windows: Windows, noise: Noise, quietest: int) -> FloatArray |
     places, table = [one[0] for one in course], np.array([one[1] for one in course])
     every = np.arange(len(windows))
     return np.column_stack([np.interp(every, places, column) for column in table.T])
+
+
+def _counts_per_radian(blocks: Blocks, gravity: float, resting: FloatArray | None) -> float:
+    """Reading of the gyroscope for 1 rad/s, rather too small; 0 where the device never turns.
+
+    The direction of gravity turns as fast as the device at most, so that the largest ratios are of
+    rotations about the vertical, and the smallest of jerks.
+    """
+    if resting is None or blocks.mean.shape[1] < 6 or len(blocks) < MIN_LIVELY_BLOCKS:
+        return 0.0
+    seconds = median(blocks.end - blocks.start)
+    turned = np.linalg.norm(blocks.mean_a[2:] - blocks.mean_a[:-2], axis=1)
+    turned /= 2.0 * seconds * max(gravity, 1e-300)
+    rate = np.linalg.norm(blocks.mean[1:-1, 3:] - resting, axis=1)
+    lively = (turned > LIVELY_RATE) & np.isfinite(rate)
+    if lively.sum() < MIN_LIVELY_BLOCKS:
+        return 0.0
+    return sample_quantile(rate[lively] / turned[lively], 0.25)
 
 
 def _rms(std: FloatArray) -> FloatArray:
