@@ -30,7 +30,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import VALLEY, fit, refined_minimum, residual_table
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
-from imucal_wizard.model.effect import GYROSCOPE, Effect
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import UnknownShape
@@ -511,7 +511,8 @@ class Bench:
             return with_term(Term(effect, variant))
         begin = self.likeliest_variant(effect.name) if near is None else near
         term = Term(effect, begin)
-        if effect.sudden and begin is not None and self.sensor == GYROSCOPE:
+        turning = any(one.moving for one in self.measured.sources)
+        if effect.sudden and begin is not None and turning:
             times = distinct(self.measured.circumstances.time)
             place = int(np.clip(np.searchsorted(times, begin), 1, len(times) - 1))
             return most_likely_moment(with_term, term, (times[place - 1], times[place]))

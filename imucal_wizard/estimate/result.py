@@ -14,7 +14,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def worse_than_none(
 
 
 def unchecked_scale(
-    sensor: str, bias_unit: str, matrix: FloatArray, freedom: int | None, held_out: float | None
+    unit: str, bias_unit: str, matrix: FloatArray, freedom: int | None, held_out: float | None
 ) -> str:
     """Why a gyroscope's fit that no rotation checks is not usable, or "".
 
@@ -141,13 +141,13 @@ def unchecked_scale(
     or a cross-axis gain that was left at its nominal value makes them absurd.
 
     Args:
-        sensor: its name.
+        unit: of the errors: ``rad`` of a gyroscope's.
         bias_unit: unit of the readings.
         matrix: M.
         freedom: degrees of freedom of the fit.
         held_out: rms error of data held out.
     """
-    if sensor != GYROSCOPE or bias_unit == COUNT or freedom or held_out is not None:
+    if unit != "rad" or bias_unit == COUNT or freedom or held_out is not None:
         return ""
     sizes = np.linalg.norm(matrix, axis=0)
     worst = float(sizes[np.abs(np.log(np.maximum(sizes, 1e-300))).argmax()])
@@ -306,7 +306,7 @@ class SensorFit:
     def unchecked(self) -> str:
         """See ``unchecked_scale``."""
         freedom, held_out = self.degrees_of_freedom, self.rms_held_out
-        return unchecked_scale(self.sensor, self.bias_unit, self.matrix, freedom, held_out)
+        return unchecked_scale(self.unit, self.bias_unit, self.matrix, freedom, held_out)
 
     @property
     def of_table(self) -> bool:

@@ -189,7 +189,7 @@ class CalibratedDevice:
             units: of the readings, by sensor.
             sensors: the verdicts with the axes as they are.
         """
-        inertial = {name: one for name, one in sensors.items() if name != MAGNETOMETER}
+        inertial = {name: sensors[name] for name in self.sensors}
         tried: list[AxesBySensor] = [{}]
         if self._wrong(inertial, measured):
             seen = {name: one for name, one in self.sensors.items() if name in units}

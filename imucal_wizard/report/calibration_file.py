@@ -232,7 +232,9 @@ class Sensor(msgspec.Struct, frozen=True):
             name, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
         )
         matrix, freedom = np.array(self.matrix), self.degrees_of_freedom
-        return worse or unchecked_scale(name, self.bias_unit, matrix, freedom, self.rms_held_out)
+        return worse or unchecked_scale(
+            self.unit, self.bias_unit, matrix, freedom, self.rms_held_out
+        )
 
     def apply(
         self, readings: FloatArray, where: Circumstances | None = None, own: Sequence[Effect] = ()

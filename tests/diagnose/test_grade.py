@@ -123,6 +123,6 @@ def test_rotations_that_only_just_determine_an_absurd_scale_are_not_usable(
 ) -> None:
     """Nothing checks them; with more rotations such a scale is a unit, which is warned of."""
     matrix = np.diag([1.0, scale, 1.0])
-    said = unchecked_scale("gyroscope", unit, matrix, freedom, None)
+    said = unchecked_scale("rad", unit, matrix, freedom, None)
     assert ("no sensor has: do not apply it" in said) == refused
-    assert not unchecked_scale("gyroscope", unit, matrix, freedom, 0.001)
+    assert not unchecked_scale("rad", unit, matrix, freedom, 0.001)
