@@ -44,6 +44,8 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What may decide where still poses do not."""
+DEAD = "it is dead"
+"""What the warnings of an axis that shows nothing say."""
 FASTER = "faster rotations, for example on a rate table,"
 
 
@@ -437,8 +439,10 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
-    # more data of the same kind would clip as well
-    return list(dict.fromkeys(sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])))
+    # more data of the same kind would clip as well, and show as little of a dead axis
+    dead = _warnings(diagnosis, DEAD)[:1]
+    sentences = [*dead, *sentences, *_warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])]
+    return list(dict.fromkeys(sentences))
 
 
 def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:

@@ -126,3 +126,16 @@ def test_rotations_that_only_just_determine_an_absurd_scale_are_not_usable(
     said = unchecked_scale("rad", unit, matrix, freedom, None)
     assert ("no sensor has: do not apply it" in said) == refused
     assert not unchecked_scale("rad", unit, matrix, freedom, 0.001)
+
+
+def test_a_scale_that_no_sensor_has_is_never_good() -> None:
+    """The fit is perfect and applies to readings of another unit or to other times."""
+    known = report()
+    fit = known.sensors["gyroscope"]
+    wrong = replace(fit, matrix=0.0101 * fit.matrix)
+    one = graded(replace(known, sensors={"gyroscope": wrong}), GOOD)["gyroscope"]
+    assert one.grade is Grade.DOUBTFUL
+    assert "a unit, range or sampling rate is wrong" in one.why
+    counts = replace(wrong, bias_unit="count")
+    found = graded(replace(known, sensors={"gyroscope": counts}), GOOD)["gyroscope"]
+    assert found.grade is Grade.GOOD
