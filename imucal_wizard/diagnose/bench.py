@@ -13,6 +13,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
@@ -510,8 +511,9 @@ class Bench:
             return with_term(Term(effect, variant))
         begin = self.likeliest_variant(effect.name) if near is None else near
         term = Term(effect, begin)
-        if effect.sudden and begin is not None and self.measured.closes_rotations:
-            times = np.unique(self.measured.circumstances.time)
+        turning = any(one.moving for one in self.measured.sources)
+        if effect.sudden and begin is not None and turning:
+            times = distinct(self.measured.circumstances.time)
             place = int(np.clip(np.searchsorted(times, begin), 1, len(times) - 1))
             return most_likely_moment(with_term, term, (times[place - 1], times[place]))
         return most_likely_setting(with_term, term, settings)

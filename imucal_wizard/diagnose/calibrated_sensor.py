@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits import drift as limits
 from imucal_wizard.core.limits.drift import UsualDrift
-from imucal_wizard.core.limits.use import USUAL_ROTATION_SECONDS
+from imucal_wizard.core.limits.use import FAR, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_SETS
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -24,7 +24,7 @@ from imucal_wizard.estimate.accelerometer import (
 )
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
-from imucal_wizard.estimate.fit_warnings import FAR, scale_notes
+from imucal_wizard.estimate.fit_warnings import scale_notes
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters

@@ -224,12 +224,20 @@ def disturbed_parts(
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
+def measured_again(table: ResidualTable, holds: Sequence[int]) -> bool:
+    """Whether each of these holds has another one in its pose that is not among them."""
+    pose, index, still = table.pose, table.index, ~table.moving
+    others = {*pose[still & ~np.isin(index, holds)].tolist()} - {-1}
+    own = [{*pose[still & (index == hold)].tolist()} for hold in holds]
+    return bool(own) and all(one & others for one in own)
+
+
 def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests:
     """The direction of the hold, or the rotation, that is called disturbed, once more."""
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
     found = []
-    for hold in holds:
+    for hold in () if measured_again(table, holds) else holds:
         up = ups[int(np.flatnonzero(numbers == hold)[0])]
         brief = f"another hold there shows whether hold {hold + 1} was disturbed"
         why = f"{_words(up)} again: another hold there shows whether hold {hold + 1} was disturbed"

@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.effect_text import (
     sizes_text,
 )
 from imucal_wizard.diagnose.free_curves import shape_of
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, rivals
+from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
@@ -44,6 +44,8 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What may decide where still poses do not."""
+DEAD = "it is dead"
+"""What the warnings of an axis that shows nothing say."""
 FASTER = "faster rotations, for example on a rate table,"
 
 
@@ -274,7 +276,10 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     alone = left <= max(noise, MAX_LEFT_BY_ONE_CURVE * bench.fit.rms_fitted)
     only = " only" if alone and not others else ""
     what = "The error" if alone else "Part of the error"
-    sentences = [f"{what} of {shape.axis} depends on {shape.over}{only}: {shape.words()}."]
+    depends = f"depends on {shape.over}{only}"
+    if shape.against == "time":  # so does everything that changes with it
+        depends = f"follows {shape.over}"
+    sentences = [f"{what} of {shape.axis} {depends}: {shape.words()}."]
     if others:
         names = _or(tuple(one.term for one in others))
         sentences.append(f"It may be {names} as well: these data cannot decide which.")
@@ -364,14 +369,16 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     what, noise = "pose", "noise within a hold"
     if not bench.measured.at_rest:
         what, noise = "direction of the field", "noise of its samples"
+    curves = _curves(diagnosis, bench)
     return [
         (
             f"The same {what} does not repeat: it differs by {size} from visit to visit "
             f"({interval}); the {noise} gives {within}."
         ),
         *_course(diagnosis, bench),
-        *_curves(diagnosis, bench),
-        f"No model can be judged below this difference. The error is {_against_noise(bench)}.",
+        *curves,
+        *([] if curves else ["No model can be judged below this difference."]),
+        f"The error is {_against_noise(bench)}.",
     ]
 
 
@@ -396,11 +403,19 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
     if 0 in diagnosis.disturbed_holds and of_before:
         what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
+    advice = f"Measure {them} again; nothing has been deleted."
+    holds = diagnosis.disturbed_holds
+    if len(holds) == len(places) and measured_again(bench.rows, holds):
+        rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
+        spans = _and([f"{start:.1f} to {end:.1f} s" for start, end in bench.rows.span[rows]])
+        advice = (
+            f"Other holds in the same pose agree with the rest: leave out {spans}. Nothing has "
+            "been deleted."
+        )
     return [
         (
             f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
-            f"tested here, and without {them} only noise is left: {what}. "
-            f"Measure {them} again; nothing has been deleted."
+            f"tested here, and without {them} only noise is left: {what}. {advice}"
         )
     ]
 
@@ -420,12 +435,14 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
         why = _capital(diagnosis.lacking)
     sentences = [f"{why}."]
-    if diagnosis.bench is not None:
+    if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
-    # more data of the same kind would clip as well
-    return list(dict.fromkeys(sentences + _warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])))
+    # more data of the same kind would clip as well, and show as little of a dead axis
+    dead = _warnings(diagnosis, DEAD)[:1]
+    sentences = [*dead, *sentences, *_warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])]
+    return list(dict.fromkeys(sentences))
 
 
 def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:

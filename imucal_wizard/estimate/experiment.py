@@ -94,7 +94,6 @@ class Experiment(ABC):
         settled: parameters that another fit has determined and that are reported with these.
         needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
             cannot be judged before that model is complete.
-        closes_rotations: its rows are rotations between holds, inside which an effect may set in.
         on_table: what a rate table did, of a gyroscope that was calibrated by it alone.
         guided: the operator of the wizard can add rows to it; else no next poses are proposed.
         slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
@@ -117,7 +116,6 @@ class Experiment(ABC):
     at_rest: bool = True
     settled: "tuple[Parameter, ...]" = ()
     needs_reference: bool = False
-    closes_rotations: bool = False
     guided: bool = True
     on_table: "TableData | None" = None
     slow_noise_measured: bool | None = None

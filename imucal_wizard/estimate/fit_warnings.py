@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
+from imucal_wizard.core.limits.use import FAR
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import times_in_words
 from imucal_wizard.core.statistics import median
@@ -55,8 +56,6 @@ MISTAKEN_UNITS = (
 )
 """What gravity reads, over what it is, when the accelerations are in this unit and were taken for
 another: g or mg for m/s², m/s² for g."""
-FAR = 0.2
-"""No sensor's scale is wrong by 20 %; its unit, range or sampling rate is."""
 
 
 def unit_notes(scale: float) -> list[str]:
@@ -75,7 +74,7 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     """Warnings about rate, unit and axis order that the gyroscope's matrix shows."""
     notes: list[str] = []
     fit = report.fit
-    if fit is None:
+    if fit is None or fit.unchecked:
         return notes
     scale, odd = _scales(fit)
     wrong_scale = odd + ([] if unit == COUNT else scale_notes(scale, rate))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imucal_wizard.core.limits.use import FAR
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -128,6 +129,34 @@ def worse_than_none(
     errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
     return (
         f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again"
+    )
+
+
+def unchecked_scale(
+    unit: str, bias_unit: str, matrix: FloatArray, freedom: int | None, held_out: float | None
+) -> str:
+    """Why a gyroscope's fit that no rotation checks is not usable, or "".
+
+    Rotations that only just determine the gains give them exactly, also where a turn more or less
+    or a cross-axis gain that was left at its nominal value makes them absurd.
+
+    Args:
+        unit: of the errors: ``rad`` of a gyroscope's.
+        bias_unit: unit of the readings.
+        matrix: M.
+        freedom: degrees of freedom of the fit.
+        held_out: rms error of data held out.
+    """
+    if unit != "rad" or bias_unit == COUNT or freedom or held_out is not None:
+        return ""
+    sizes = np.linalg.norm(matrix, axis=0)
+    worst = float(sizes[np.abs(np.log(np.maximum(sizes, 1e-300))).argmax()])
+    if abs(math.log(max(worst, 1e-300))) <= FAR:
+        return ""
+    return (
+        f"no rotation is left to check the gyroscope's fit, which gives a scale of {worst:.3g} "
+        "that no sensor has: do not apply it; rotate about each axis in both senses between still "
+        "positions, or correct the unit"
     )
 
 
@@ -268,9 +297,16 @@ class SensorFit:
         """Why applying it is worse than not applying it, in one sentence; "" if it is not."""
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
         fitted = sum(one.carried for one in self.parameters)
-        return worse_than_none(
+        worse = worse_than_none(
             self.sensor, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
         )
+        return worse or self.unchecked
+
+    @property
+    def unchecked(self) -> str:
+        """See ``unchecked_scale``."""
+        freedom, held_out = self.degrees_of_freedom, self.rms_held_out
+        return unchecked_scale(self.unit, self.bias_unit, self.matrix, freedom, held_out)
 
     @property
     def of_table(self) -> bool:

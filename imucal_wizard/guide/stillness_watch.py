@@ -16,7 +16,6 @@ from imucal_wizard.core.limits.procedure import (
     LOOSEN_FACTOR,
     LOOSEN_SECONDS,
     MAX_LOOSENED,
-    MIN_RATE_LIMIT_DEG,
     MIN_REST_LIMIT_G,
     MIN_SWAY_LIMIT_DEG,
     NOISE_FACTOR,
@@ -24,7 +23,7 @@ from imucal_wizard.core.limits.procedure import (
     RECENT_SECONDS,
     WINDOW_SECONDS,
 )
-from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.limits.stillness import MIN_RATE_LIMIT_DEG, TIME_TOLERANCE
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.guide.scales import Scales, excess, moves
 from imucal_wizard.guide.state import AxisMotion

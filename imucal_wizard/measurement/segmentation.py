@@ -18,9 +18,12 @@ from imucal_wizard.core.limits.stillness import (
     COURSE_STRETCHES,
     GUARD_BLOCKS,
     LIVELY_PERCENTILE,
+    LIVELY_RATE,
     MAX_FORCE_LIMIT,
     MAX_RATE_LIMIT,
     MIN_HOLD_SECONDS,
+    MIN_LIVELY_BLOCKS,
+    MIN_RATE_LIMIT_DEG,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
     MIN_SPEED_RATIO,
@@ -43,7 +46,7 @@ from imucal_wizard.core.readings import (
     Series,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square, sample_quantile
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.blocks import (
     BlockCutter,
@@ -82,6 +85,8 @@ class ReducedRecording:
         one_position: whether it stayed so.
         rests: the rests of the recording.
         resting_rate: the gyroscope's reading at rest in each window, shape (m, 3), or None.
+        least_rate: the smallest limit of the mean rate at rest, in the reading's unit; 0 where its
+            size is not known.
         holds: the hold in each run of blocks summarised so far; None if it is too short or drifts.
     """
 
@@ -94,6 +99,7 @@ class ReducedRecording:
     one_position: bool
     rests: Rests
     resting_rate: FloatArray | None
+    least_rate: float = 0.0
     holds: dict[tuple[int, int], Hold | None] = field(default_factory=dict)
 
     @property
@@ -125,6 +131,9 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
     rests = Rests(windows, step_a, step_g)
+    gravity, unit = magnitude if one_position else reach, 1.0
+    if gyroscope is None or gyroscope.unit == COUNT:
+        unit = _counts_per_radian(blocks, gravity, noise.mean_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
     return ReducedRecording(
         blocks=blocks,
@@ -132,10 +141,11 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         noise=noise,
         step_a=step_a,
         step_g=step_g,
-        gravity=magnitude if one_position else reach,
+        gravity=gravity,
         one_position=one_position,
         rests=rests,
         resting_rate=resting,
+        least_rate=math.radians(MIN_RATE_LIMIT_DEG) * unit,
     )
 
 
@@ -210,6 +220,24 @@ def _resting_rate(windows: Windows, noise: Noise, quietest: int) -> FloatArray |
     return np.column_stack([np.interp(every, places, column) for column in table.T])
 
 
+def _counts_per_radian(blocks: Blocks, gravity: float, resting: FloatArray | None) -> float:
+    """Reading of the gyroscope for 1 rad/s, rather too small; 0 where the device never turns.
+
+    The direction of gravity turns as fast as the device at most, so that the largest ratios are of
+    rotations about the vertical, and the smallest of jerks.
+    """
+    if resting is None or blocks.mean.shape[1] < 6 or len(blocks) < MIN_LIVELY_BLOCKS:
+        return 0.0
+    seconds = median(blocks.end - blocks.start)
+    turned = np.linalg.norm(blocks.mean_a[2:] - blocks.mean_a[:-2], axis=1)
+    turned /= 2.0 * seconds * max(gravity, 1e-300)
+    rate = np.linalg.norm(blocks.mean[1:-1, 3:] - resting, axis=1)
+    lively = (turned > LIVELY_RATE) & np.isfinite(rate)
+    if lively.sum() < MIN_LIVELY_BLOCKS:
+        return 0.0
+    return sample_quantile(rate[lively] / turned[lively], 0.25)
+
+
 def _rms(std: FloatArray) -> FloatArray:
     return np.asarray(np.sqrt((std**2).mean(axis=0)))
 
@@ -226,7 +254,8 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     """The holds in the rests that these limits find."""
     seconds = median(stream.blocks.end - stream.blocks.start)
     shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
-    limits = replace(limits, gyroscope_mean=stream.resting_rate)
+    rate = None if limits.rate is None else np.maximum(limits.rate, stream.least_rate)
+    limits = replace(limits, gyroscope_mean=stream.resting_rate, rate=rate)
     runs = still_runs(stream.windows.still(limits))
     rests = {
         rest
@@ -251,12 +280,11 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     limits, usual = stream.noise.limits(REST_FACTOR), stream.resting_rate
     if limits.rate is None or usual is None:
         return []
+    most = np.maximum(limits.rate, stream.least_rate)
     found = []
     for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
-        off = (
-            one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > limits.rate).any()
-        )
+        off = one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > most).any()
         if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
             found.append((one.start, one.end))
     return found

@@ -10,7 +10,7 @@ from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
-from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE
+from imucal_wizard.core.limits.use import FAR, LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import AXES, axes_in_words
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
@@ -42,7 +42,7 @@ from imucal_wizard.diagnose.recheck import (
     not_seen,
     recheck,
 )
-from imucal_wizard.estimate.fit_warnings import FAR, unit_notes
+from imucal_wizard.estimate.fit_warnings import unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.rate_table import find_table
@@ -189,7 +189,7 @@ class CalibratedDevice:
             units: of the readings, by sensor.
             sensors: the verdicts with the axes as they are.
         """
-        inertial = {name: one for name, one in sensors.items() if name in self.sensors}
+        inertial = {name: sensors[name] for name in self.sensors}
         tried: list[AxesBySensor] = [{}]
         if self._wrong(inertial, measured):
             seen = {name: one for name, one in self.sensors.items() if name in units}

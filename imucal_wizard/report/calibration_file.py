@@ -20,7 +20,7 @@ from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.core.units import COUNT, SI_UNIT
-from imucal_wizard.estimate.result import worse_than_none
+from imucal_wizard.estimate.result import unchecked_scale, worse_than_none
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
@@ -228,8 +228,12 @@ class Sensor(msgspec.Struct, frozen=True):
         """
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
         fitted = len(self.parameters) - len(self.not_determined)
-        return worse_than_none(
+        worse = worse_than_none(
             name, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
+        )
+        matrix, freedom = np.array(self.matrix), self.degrees_of_freedom
+        return worse or unchecked_scale(
+            self.unit, self.bias_unit, matrix, freedom, self.rms_held_out
         )
 
     def apply(

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.holds import Hold
@@ -229,3 +231,16 @@ def test_a_constant_reading_has_no_noise_and_no_division_by_it() -> None:
     stream = reduce_recording(dead)
     assert stream is not None
     assert len(holds_at(stream, 16.0)) == 1
+
+
+@pytest.mark.parametrize(("unit", "size"), [("rad/s", 1.0), ("count", 4000.0)])
+def test_a_gyroscope_that_feels_gravity_hides_no_rest(unit: str, size: float) -> None:
+    """0.2 °/s per g is far above the noise of a quiet gyroscope, and no rotation."""
+    readings = session()
+    gyroscope, force = readings.gyroscope, readings.accelerometer.values / STANDARD_GRAVITY
+    assert gyroscope is not None
+    quiet = uniform_filter1d(gyroscope.values, 9, axis=0)
+    felt = size * (quiet + np.radians(0.2) * force[:, [1, 2, 0]])
+    report = fit_readings(replace(readings, gyroscope=Series(gyroscope.time, felt, unit)))
+    assert len(report.holds) == len(fit_readings(readings).holds)
+    assert report.warnings == ()

@@ -4,12 +4,13 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.result import FitReport, worse_than_none
+from imucal_wizard.estimate.result import FitReport, unchecked_scale, worse_than_none
 from tests.tui.fakes import diagnoses, report
 
 GOOD = diagnoses(Verdict.COMPLETE)
@@ -105,3 +106,36 @@ def test_a_file_that_holds_no_limits_is_refused(
         read_limits(place)
     assert says in str(caught.value)
     assert "limits.toml" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("scale", "freedom", "unit", "refused"),
+    [
+        (-58.7, 0, "rad/s", True),
+        (1.3, 0, "rad/s", True),
+        (1.05, 0, "rad/s", False),
+        (57.3, 30, "rad/s", False),
+        (2e-4, 0, "count", False),
+    ],
+)
+def test_rotations_that_only_just_determine_an_absurd_scale_are_not_usable(
+    scale: float, freedom: int, unit: str, refused: bool
+) -> None:
+    """Nothing checks them; with more rotations such a scale is a unit, which is warned of."""
+    matrix = np.diag([1.0, scale, 1.0])
+    said = unchecked_scale("rad", unit, matrix, freedom, None)
+    assert ("no sensor has: do not apply it" in said) == refused
+    assert not unchecked_scale("rad", unit, matrix, freedom, 0.001)
+
+
+def test_a_scale_that_no_sensor_has_is_never_good() -> None:
+    """The fit is perfect and applies to readings of another unit or to other times."""
+    known = report()
+    fit = known.sensors["gyroscope"]
+    wrong = replace(fit, matrix=0.0101 * fit.matrix)
+    one = graded(replace(known, sensors={"gyroscope": wrong}), GOOD)["gyroscope"]
+    assert one.grade is Grade.DOUBTFUL
+    assert "a unit, range or sampling rate is wrong" in one.why
+    counts = replace(wrong, bias_unit="count")
+    found = graded(replace(known, sensors={"gyroscope": counts}), GOOD)["gyroscope"]
+    assert found.grade is Grade.GOOD

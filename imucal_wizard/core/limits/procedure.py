@@ -14,8 +14,6 @@ MIN_REST_LIMIT_G = 0.003
 """g; the smallest limit of rest: a desk on which somebody leans shakes by this much."""
 MIN_SWAY_LIMIT_DEG = 0.3
 """°/s; the smallest limit of a gyroscope's standard deviation."""
-MIN_RATE_LIMIT_DEG = 0.8
-"""°/s; the smallest limit of its mean rate: a drifting bias is not a rotation."""
 COARSE_LIMIT_G = 0.02
 COARSE_RATE_LIMIT_DEG = 1.0
 """g and °/s; a device that moves more than this does not rest, whatever its noise."""

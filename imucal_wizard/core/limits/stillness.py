@@ -97,6 +97,13 @@ windows."""
 LIVELY_PERCENTILE = 95.0
 """Percentile of the windows that counts as the liveliest; single jerks are excluded."""
 
+MIN_RATE_LIMIT_DEG = 0.8
+"""°/s; the smallest limit of a gyroscope's mean rate at rest: a bias that drifts or follows the
+force (0.1 °/s per g is usual) is not a rotation."""
+LIVELY_RATE = 0.5
+"""rad/s of gravity's direction from which on a block shows the size of a gyroscope's counts."""
+MIN_LIVELY_BLOCKS = 20
+"""Such blocks, two seconds of turning, below which that size is not known."""
 MIN_ROTATION_SECONDS = 2.5
 """A hand needs longer to turn a device once around and back to the same place."""
 SAME_PLACE = 0.01
