@@ -293,8 +293,8 @@ def _worst_again(table: ResidualTable) -> Requests:
     for place in np.argsort(-size, kind="stable"):
         words = _words(ups[place])
         if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
-            why = f"{words} again: {_does_it_repeat(size[place])}"
-            chosen[words] = request(ups[place], why)
+            brief = _does_it_repeat(size[place])
+            chosen[words] = request(ups[place], f"{words} again: {brief}", brief=brief)
     return tuple(chosen.values())
 
 
@@ -352,7 +352,7 @@ def _more_of_all(table: ResidualTable) -> Requests:
         )
         for name in names[:MAX_REPEATED_HOLDS]
     )
-    return (*_corners_not_held(ups, "a direction not held yet", "not held so far"), *again)
+    return (*_corners_not_held(ups, "not held so far"), *again)
 
 
 def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
@@ -375,8 +375,8 @@ def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:
     while len(found) < MAX_POSES and not _determined(np.reshape(held, (-1, 3)), base):
         best = max(names, key=information_gain)
         held.append(DIRECTIONS[best])
-        why = f"{pose_in_words(best)}: needed to determine {', '.join(base)}"
-        found.append(request(DIRECTIONS[best], why))
+        brief = f"needed to determine {', '.join(base)}"
+        found.append(request(DIRECTIONS[best], f"{pose_in_words(best)}: {brief}", brief=brief))
     return tuple(found)
 
 
@@ -389,10 +389,10 @@ def _determined(up: FloatArray, base: tuple[str, ...]) -> bool:
     return whole and set(base) <= set(found.terms) and found.spare >= MIN_SPARE_DIRECTIONS
 
 
-def _corners_not_held(ups: FloatArray, why: str, brief: str = "") -> Requests:
+def _corners_not_held(ups: FloatArray, why: str) -> Requests:
     held = {_pose_name(one) for one in ups}
     return tuple(
-        request(up, f"{pose_in_words(name)}: {why}", brief=brief)
+        request(up, f"{pose_in_words(name)}: {why}", brief=why)
         for name, up in CORNERS.items()
         if name not in held
     )

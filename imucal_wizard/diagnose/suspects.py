@@ -108,7 +108,7 @@ class Suspect:
         log_odds: logarithm of its marginal likelihood against noise alone.
         misfit: what is left.
         noise: covariance of the rows, see ``EffectTrial``.
-        like: terms that look the same here.
+        like: terms with nearly the same pattern here; a large size may separate them all the same.
         detectability: the sizes that show in such data, and what noise alone makes of suspects.
         hold: index of the hold accused, for a disturbed one.
     """

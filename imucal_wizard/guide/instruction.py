@@ -72,8 +72,12 @@ def present(status: Status, attitude: Matrix | None = None, flow: Flow = FLOWING
 def _nothing_arrives(status: Status, act: Act, headline: str) -> Status:
     """Nothing that the operator does with the device would be measured."""
     detail = "nothing more can be measured" if act is Act.ENDED else ""
+    rotation = status.rotation
+    if rotation is not None:  # a rotation across a gap is not used
+        rotation = replace(rotation, angle=0.0, rate=0.0, fastest=0.0, clips=False)
     return replace(
         status,
+        rotation=rotation,
         act=act,
         instruction=headline,
         detail=detail,

@@ -65,7 +65,7 @@ STANDARD_STEPS: tuple[Step, ...] = (
     Step(
         StepKind.VALIDATE,
         orientations=4,
-        skipped="the error is known only from the data that were fitted",
+        skipped="the error is known from held-out data only, not from new orientations",
     ),
     Step(StepKind.SAVE),
 )

@@ -313,13 +313,16 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
     return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
 
 
-_APART = {
-    "orientation": "At 1 g, or at one speed, they cause nearly the same error. Other forces or "
+_ALIASES = (
+    "can cause exactly the same error in such data; only another kind of test separates them."
+)
+_FAMILY = {
+    "orientation": "can cause nearly the same error at 1 g, or at one speed. Other forces or "
     "speeds separate them, sometimes more data do.",
-    "time": "During a single slow change they cause nearly the same error. A session with "
-    "repeated poses, in which the temperature rises and falls, separates them.",
+    "time": "can cause nearly the same error during a single slow change. A session with repeated "
+    "poses, in which the temperature rises and falls, separates them.",
 }
-"""What separates effects that look alike, by their kind."""
+"""What other members of a family do, by the kind of its effects, and what separates them."""
 _DISTURBED = (
     "One hold or rotation that differs from all others, because somebody touched the table or the "
     "device was not at rest. It is disturbed if the others agree with one another without it. Do "
@@ -380,20 +383,22 @@ class Lesson:
 _CHOICE = "*"
 
 
-def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> tuple[str, ...]:
-    """The effects of this sensor that ordinary data can hardly separate from this one."""
-    return tuple(
-        other.name
-        for other in catalogue
-        if other.name != effect.name
-        and sensor in other.sensors
-        and ((effect.family and other.family == effect.family) or other.name in effect.aliases)
-    )
+def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> str:
+    """The effects of this sensor that ordinary data can hardly separate from this one, or ""."""
+    others = [one for one in catalogue if one.name != effect.name and sensor in one.sensors]
+    same = [one.name for one in others if one.name in effect.aliases]
+    near = [
+        one.name
+        for one in others
+        if effect.family and one.family == effect.family and one.name not in same
+    ]
+    said = [f"{', '.join(same)} {_ALIASES}"] if same else []
+    said += [f"{', '.join(near)} {_FAMILY.get(effect.kind, '')}".rstrip()] if near else []
+    return " ".join(said)
 
 
 def lesson(effect: Effect, sensor: str, catalogue: Iterable[Effect] = ()) -> Lesson:
     """The lesson about this effect on this sensor, beside the other effects of a catalogue."""
-    alike = ", ".join(lookalikes(effect, sensor, catalogue))
     story = effect.stories.get(sensor) or _plain_story(effect)
     return Lesson(
         what=story.what,
@@ -405,7 +410,7 @@ def lesson(effect: Effect, sensor: str, catalogue: Iterable[Effect] = ()) -> Les
         remedy=story.remedy,
         confirm=story.confirm,
         source=story.source,
-        alike=f"{alike}. {_APART.get(effect.kind, '')}".rstrip() if alike else "",
+        alike=lookalikes(effect, sensor, catalogue),
     )
 
 

@@ -114,7 +114,7 @@ class UnknownShape(Effect):
         ending = "" if against == "input" else f"-{against}"
         ending += "" if felt is None else f"-{AXES[felt]}"
         self.name = f"{NAME}/{self.letter}{ending}"
-        over = "what it measures" if against == "input" else self.over(self.sensors[0])
+        over = "its own input" if against == "input" else self.over(self.sensors[0])
         self.title = f"free curve of {self.letter} over {over}"
         self.equation = f"ε_{self.letter} = f({over}), f smooth"
         self.stories = {sensor: self._story(sensor) for sensor in self.sensors}

@@ -178,7 +178,7 @@ def suspect_row(entry: Entry, fit: SensorFit, width: int, lead: str = "  ") -> s
 
 
 def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
-    """What a suspect is, from which sizes on it is seen and named, and what looks the same here.
+    """What a suspect is, from which sizes on it is seen and named, and what has nearly its pattern.
 
     Args:
         entry: the suspect.
@@ -203,7 +203,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     elif suspect is not None and suspect.candidate is not None:
         words.append(seen_from(suspect))
         if suspect.like:
-            words.append(f"looks the same here as {', '.join(suspect.like)}")
+            words.append(f"nearly the same pattern here as {', '.join(suspect.like)}")
     if entry.closures is not None:
         now, then = (quantity(one, "rad") for one in entry.closures)
         words.append(f"gyroscope's closure with this: {now} → {then}")

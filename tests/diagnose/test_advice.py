@@ -106,6 +106,9 @@ def test_what_is_unexplained_asks_for_corners_and_for_the_worst_holds_again(
     poses = next_requests(bench, findings, Verdict.UNEXPLAINED)[0]
     assert {pose.pose for pose in poses} >= set(CORNERS)
     assert sum("again" in pose.why for pose in poses) == 4
+    assert all(pose.brief and pose.why.endswith(pose.brief) for pose in poses), (
+        "the screen tells it"
+    )
 
 
 def test_a_complete_model_asks_for_nothing(bench: Bench, findings: BenchFindings) -> None:
@@ -120,6 +123,7 @@ def test_few_directions_are_completed_until_the_model_is_determined(held: int) -
     assert len(asked) + held >= 11
     names = [pose.pose for pose in asked]
     assert len(set(names)) == len(names)
+    assert all("needed to determine" in pose.brief for pose in asked)
 
 
 def test_enough_directions_ask_for_no_more() -> None:

@@ -77,7 +77,7 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert right[1] < min(wrong[1], right[0])
     said = diagnosis_of(benches, bench)
     assert "this decides for asymmetry" in said.says
-    assert "gyroscope's closure with this: " in bench_text([said])
+    assert "gyroscope's closure with this: " in " ".join(bench_text([said]).split())
     own = bench_document([said])["sensors"]["accelerometer"]
     assert own["gyroscope_closure"]["decided"] == ["even-order"]
     assert own["suspects"][0]["gyroscope_closure"] == [*right]

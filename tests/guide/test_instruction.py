@@ -59,7 +59,7 @@ def test_a_moment_has_the_one_instruction_that_is_right_in_it() -> None:
 
 
 def test_where_no_samples_arrive_nothing_is_asked_of_the_device() -> None:
-    """Nor is it called still, nor does an older event say what to do."""
+    """Nor is it called still or turning, nor does an older event say what to do."""
     for name, (_, moment) in moments().items():
         if moment.step in (StepKind.RESULT, StepKind.SAVE):
             continue
@@ -68,6 +68,9 @@ def test_where_no_samples_arrive_nothing_is_asked_of_the_device() -> None:
             assert status.act is act, (name, flow)
             agrees(name, status)
             assert not status.still.still, (name, flow)
+            if status.rotation is not None:
+                turning = status.rotation.angle, status.rotation.rate, status.rotation.fastest
+                assert turning == (0.0, 0.0, 0.0), (name, flow)
             assert status.last_event is None, (name, flow)
             assert {offer.command for offer in status.offers} <= {"skip"}, (name, flow)
 

@@ -43,7 +43,7 @@ def test_saving_without_it_leaves_it_out_and_back_leads_to_the_result() -> None:
     machine.command("save")
     status = machine.status()
     assert status.step is StepKind.SAVE
-    assert "from the data that were fitted" in dict(status.skipped)[StepKind.VALIDATE]
+    assert "known from held-out data only" in dict(status.skipped)[StepKind.VALIDATE]
     machine.command("back")
     assert machine.status().step is StepKind.RESULT
     machine.command("validate")
@@ -95,7 +95,7 @@ def test_saved_without_it_the_validation_counts_as_skipped_until_it_is_done() ->
     device, machine = validating()
     machine.command("save")
     said = dict(machine.status().skipped)[StepKind.VALIDATE]
-    assert said == "the error is known only from the data that were fitted"
+    assert said == "the error is known from held-out data only, not from new orientations"
     machine.command("validate")
     assert StepKind.VALIDATE not in dict(machine.status().skipped)
     machine.feed(device.hold("+x+y+z").taken())

@@ -241,6 +241,15 @@ def test_a_guess_is_judged_line_by_line(snapshot: BenchSnapshot) -> None:
     assert "✗ you: nothing is missing" in nothing
     alike = "\n".join(lines(reveal_rows(snapshot, Prediction("asymmetry"), 70)))
     assert "≈ you: asymmetry" in alike
+    assert "cannot separate" not in alike  # at this size they do
+
+
+def test_no_suspect_looks_the_same_as_one_that_the_data_separate(snapshot: BenchSnapshot) -> None:
+    """The verdict decides between second-order and asymmetry, by the gyroscope's closure."""
+    assert "this decides for second-order" in " ".join(lines(next_rows(snapshot, 70)))
+    table = "\n".join(lines(table_rows(snapshot, 76, 20, 0)))
+    assert "looks the same" not in table
+    assert "nearly the same pattern here as asymmetry" in " ".join(table.split())
 
 
 def test_where_noise_explains_all_the_right_guess_is_that_nothing_is_missing(

@@ -42,7 +42,7 @@ async def test_the_suspects_stand_beside_what_is_left_and_what_is_to_be_said(
     async with app_with(benches).run_test(size=size) as pilot:
         await shows(
             pilot, "▸SUSPECTS", "▸ second-order", "asymmetry", held_out(bench), "<0.003", "x 5.0",
-            "mg/g²", "▼", "looks", "second-order non-linearity, x", "force along x, g",
+            "mg/g²", "▼", "pattern here", "second-order non-linearity, x", "force along x, g",
             noise(bench), "━ second-order",
         )  # fmt: skip
 

@@ -116,9 +116,10 @@ def read_files(
     if not series:
         raise RecordingError(f"{names}: no sensor is left. {'; '.join(warnings)}".rstrip())
     if "accelerometer" not in series:
+        alone = "; without the wizard's steps, a magnetometer alone is fitted"
         raise RecordingError(
             f"{names}: there is no accelerometer, only {', '.join(sorted(series))}; give the file"
-            " that holds it as well, or name the columns",
+            f" that holds it as well, or name the columns{alone * ('magnetometer' in series)}",
             settings=("columns",),
         )
     readings = _readings(series, warnings)

@@ -25,7 +25,7 @@ from imucal_wizard.tui.widgets.questions import Question, QuestionList
 
 _WHY = {
     Agreement.RIGHT: "The data agree.",
-    Agreement.ALIKE: "These data cannot separate it from the likeliest effect: it counts as right.",
+    Agreement.ALIKE: "Its pattern here is nearly that of the likeliest effect: it counts as right.",
     Agreement.WRONG: "Compare both lessons (l): where do their plots differ?",
 }
 _STYLES = {Agreement.RIGHT: "good", Agreement.ALIKE: "accent", Agreement.WRONG: "warn"}

@@ -229,6 +229,7 @@ def test_without_time_and_rate_the_rate_is_asked_for(tmp_path: Path) -> None:
         ("t[s],ax[g],ay[g],az[count]", 4, "only some axes"),
         ("t[s],ax[g],ay[g],az[g]", 5, "4 columns are named.* has 5"),
         ("t[s],gx[rad/s],gy[rad/s],gz[rad/s]", 4, "there is no accelerometer, only gyroscope"),
+        ("t[s],mx[uT],my[uT],mz[uT]", 4, "a magnetometer alone is fitted"),
         ("one,two,three,four", 4, "without known names"),
     ],
 )
