@@ -1,7 +1,7 @@
 """Resolves the columns of a stream, or determines the questions for the user."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -52,14 +52,13 @@ class ResolvedColumns:
         needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
             for a recording.
         notes: messages to the user about guesses and their reasons, or about missing data.
-        field_unit: the guess of the magnetometer's unit, if the magnitude of the first readings is
-            its reason: all readings tell more.
+        guesses: the units guessed from the first readings, by sensor; all readings tell more.
     """
 
     columns: tuple[Column, ...]
     needs: tuple[str, ...]
     notes: tuple[str, ...]
-    field_unit: column_guess.UnitGuess | None = None
+    guesses: Mapping[str, column_guess.UnitGuess] = field(default_factory=dict)
 
 
 def resolve_columns(
@@ -195,7 +194,7 @@ def _with_units(
     notes: list[str],
 ) -> ResolvedColumns:
     needs: list[str] = []
-    field_unit: column_guess.UnitGuess | None = None
+    guesses: dict[str, column_guess.UnitGuess] = {}
     for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
@@ -209,15 +208,15 @@ def _with_units(
         found = _unit_guess(sensor, values[:, places], columns, values)
         if found.why:
             notes.append(found.why)
-        if sensor == "magnetometer" and found.why != _WHOLE.format(sensor):
-            field_unit = found
+        if found.why != _WHOLE.format(sensor):
+            guesses[sensor] = found
         if found.unit:
             columns = _set_unit(columns, places, found.unit)
         else:
             needs.append(f"{sensor} unit")
     columns, beside = _without_foreign(columns)
     columns, needed, time = _timed(setup, columns, values, arrivals)
-    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), field_unit)
+    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), guesses)
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:

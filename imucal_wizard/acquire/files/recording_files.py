@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.acquire.column_guess import UnitGuess, guess_magnetometer_unit
 from imucal_wizard.acquire.decode import format_names, is_binary
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
@@ -27,14 +26,14 @@ from imucal_wizard.acquire.files.file_bytes import (
     decode_text,
     read_bytes,
 )
+from imucal_wizard.acquire.files.whole_recording import FileSamples, known_by_all_readings
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
-from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS, si_unit, unit_factor
+from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
 from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
 IMU_TK = "imu_tk"
@@ -54,19 +53,6 @@ _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
 """Share of malformed lines above which the link was bad."""
-
-
-@dataclass(frozen=True, eq=False)
-class FileSamples:
-    """The content of one file.
-
-    Attributes:
-        series: the samples of each sensor by its name.
-        warnings: messages to the user.
-    """
-
-    series: dict[str, Series]
-    warnings: tuple[str, ...] = ()
 
 
 def read_files(
@@ -248,33 +234,12 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
         samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
         raise unreadable(intake, setup)
-    samples = _with_field_unit(samples, intake.field_unit)
+    samples = known_by_all_readings(samples, intake.guesses)
     left_out = misfits(intake)
     missing = intake.without_number
     if missing:
         left_out += (f"{missing}; left out",)
     return FileSamples(samples.series, (*samples.warnings, *left_out))
-
-
-def _with_field_unit(samples: FileSamples, guess: UnitGuess | None) -> FileSamples:
-    """The samples with the magnetometer in the unit that all of its readings show.
-
-    Args:
-        samples: of one file.
-        guess: the unit from its first readings; None if the file or the user states it.
-    """
-    series = samples.series.get("magnetometer")
-    if guess is None or series is None:
-        return samples
-    readings = series.values / unit_factor("magnetometer", guess.unit)
-    found = guess_magnetometer_unit(readings)
-    converted = Series(
-        series.time,
-        readings * unit_factor("magnetometer", found.unit),
-        si_unit("magnetometer", found.unit),
-    )
-    warnings = [found.why if text == guess.why else text for text in samples.warnings]
-    return FileSamples({**samples.series, "magnetometer": converted}, tuple(warnings))
 
 
 def named_by_file(setup: StreamSetup, intake: Intake, file: str) -> StreamSetup:

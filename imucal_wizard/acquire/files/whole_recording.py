@@ -1,0 +1,126 @@
+"""What only all readings of a file show: silent samples, lost signs, and the unit of the field.
+
+The first rows of a file are read like those of a stream; these steps follow on the whole file.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.acquire.column_guess import (
+    UnitGuess,
+    guess_accelerometer_unit,
+    guess_magnetometer_unit,
+)
+from imucal_wizard.core.gravity import are_whole_numbers
+from imucal_wizard.core.quantities import plural
+from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import true_on_all_axes
+from imucal_wizard.core.units import COUNT, si_unit, unit_factor
+
+_INERTIAL = ("accelerometer", "gyroscope")
+_FIELD = "magnetometer"
+_WORD_BITS = (16, 24, 32)
+"""Lengths of the whole numbers that sensors send."""
+_MAX_SILENT_SHARE = 0.5
+"""Share of samples that are zero on all axes above which they are what the device sends: one that
+removes gravity sends zero at rest."""
+
+
+@dataclass(frozen=True, eq=False)
+class FileSamples:
+    """The content of one file.
+
+    Attributes:
+        series: the samples of each sensor by its name.
+        warnings: messages to the user.
+    """
+
+    series: dict[str, Series]
+    warnings: tuple[str, ...] = ()
+
+
+def known_by_all_readings(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:
+    """The samples with the signs and the unit that all of them show, and without silent ones.
+
+    Args:
+        samples: of one file.
+        guesses: the units that were guessed from its first rows, by sensor.
+    """
+    return _in_unit_of_field(_signed(_answered(samples), guesses), guesses)
+
+
+def _answered(samples: FileSamples) -> FileSamples:
+    """Without samples that are zero on all axes: gravity and the Earth's field never are."""
+    series, notes = dict(samples.series), []
+    for name in ("accelerometer", _FIELD):
+        one = series.get(name)
+        silent = None if one is None else true_on_all_axes(one.values == 0.0)
+        if one is None or silent is None or not 0.0 < silent.mean() <= _MAX_SILENT_SHARE:
+            continue
+        time = one.time[~silent]  # one array for all sensors that are read together
+        for other, beside in series.items():
+            if other == name or (name == "accelerometer" and beside.time is one.time):
+                series[other] = replace(beside, time=time, values=beside.values[~silent])
+        notes.append(
+            f"{plural(int(silent.sum()), 'sample')} of the {name} read exactly zero on all axes: "
+            "the sensor did not answer, or the file was filled up; left out"
+        )
+    return FileSamples(series, (*samples.warnings, *notes))
+
+
+def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:
+    """With the negative numbers of counts that were written as unsigned ones."""
+    series, warnings = dict(samples.series), list(samples.warnings)
+    for name in (*_INERTIAL, _FIELD):
+        one = series.get(name)
+        values = signed(one.values) if one is not None and one.unit == COUNT else None
+        if one is None or values is None:
+            continue
+        first = np.argwhere(values != one.values)[0]
+        as_read, is_meant = (float(array[tuple(first)]) for array in (one.values, values))
+        series[name] = replace(one, values=values)
+        if name == "accelerometer" and name in guesses:
+            again = guess_accelerometer_unit(values)
+            warnings = [again.why if text == guesses[name].why else text for text in warnings]
+        warnings.append(
+            f"negative readings of the {name} were written as unsigned numbers, like {as_read:.0f} "
+            f"for {is_meant:.0f}: they are read as negative"
+        )
+    return FileSamples(series, tuple(warnings))
+
+
+def signed(values: FloatArray) -> FloatArray | None:
+    """The readings with negative numbers if those were written as unsigned ones, otherwise None.
+
+    A reading that passes through zero then jumps by the whole range of the number. Of the two
+    meanings that one is right which changes less from sample to sample: counts with an offset pass
+    through the middle of the range, and would jump there if they were read as signed.
+
+    Args:
+        values: counts, shape (n, 3).
+    """
+    if len(values) < 2 or not are_whole_numbers(values) or values.min() < 0:
+        return None
+    bits = next((n for n in _WORD_BITS if values.max() < 2.0**n), None)
+    if bits is None:
+        return None
+    meant = np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values)
+    less = np.abs(np.diff(meant, axis=0)).sum() < np.abs(np.diff(values, axis=0)).sum()
+    return meant if less else None
+
+
+def _in_unit_of_field(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:
+    """With the magnetometer in the unit that the field without its hard iron shows."""
+    series, guess = samples.series.get(_FIELD), guesses.get(_FIELD)
+    if guess is None or series is None or not len(series):
+        return samples
+    readings = series.values / unit_factor(_FIELD, guess.unit)
+    found = guess_magnetometer_unit(readings)
+    converted = Series(
+        series.time, readings * unit_factor(_FIELD, found.unit), si_unit(_FIELD, found.unit)
+    )
+    warnings = [found.why if text == guess.why else text for text in samples.warnings]
+    return FileSamples({**samples.series, _FIELD: converted}, tuple(warnings))

@@ -1,0 +1,60 @@
+"""What all readings of a file show, but its first rows do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
+from imucal_wizard.acquire.files.whole_recording import signed
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.readings import FloatArray
+from tests.acquire.files.lines import samples, write
+
+
+def _counts(rng: np.random.Generator) -> FloatArray:
+    """Counts of an accelerometer, 16,384 per g, and of a gyroscope, in two positions."""
+    up = np.repeat([[0.0, 300.0, 16384.0], [-16384.0, -40.0, 10.0]], 200, axis=0)
+    return np.round(np.hstack([up, np.zeros((400, 3))]) + rng.normal(0.0, 40.0, (400, 6)))
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_negative_counts_that_were_written_as_unsigned_ones_are_read(
+    tmp_path: Path, bits: int
+) -> None:
+    values = _counts(np.random.default_rng(3))
+    path = write(tmp_path / "a.csv", np.mod(values, 2**bits), "ax,ay,az,gx,gy,gz")
+    readings = read_files([path], RecordingOptions(rate=100.0))
+    assert readings.gyroscope is not None
+    np.testing.assert_array_equal(readings.accelerometer.values, values[:, :3])
+    np.testing.assert_array_equal(readings.gyroscope.values, values[:, 3:])
+    assert any("read as negative" in text for text in readings.warnings)
+    assert any("nominally 16384 per g" in text for text in readings.warnings)
+
+
+def test_counts_around_the_middle_of_their_range_keep_their_offset() -> None:
+    rng = np.random.default_rng(5)
+    values = np.round(32768.0 + rng.normal((0.0, 300.0, 4000.0), 40.0, (400, 3)))
+    assert signed(values) is None
+    assert signed(values - 32768.0) is None
+    assert signed(values / 3.0) is None
+
+
+def test_samples_that_read_zero_on_all_axes_are_no_readings(tmp_path: Path) -> None:
+    """Two seconds at the end were filled up with zeros, which looks like a rest."""
+    values = samples()
+    values[200:, 1:7] = 0.0
+    filled = read_files([write(tmp_path / "a.csv", values)])
+    assert filled.gyroscope is not None
+    assert len(filled) == len(filled.gyroscope) == 200
+    assert filled.gyroscope.time is filled.accelerometer.time
+    assert any("200 samples of the accelerometer read exactly zero" in w for w in filled.warnings)
+
+
+def test_zeros_of_a_device_that_removes_gravity_are_what_it_sends(tmp_path: Path) -> None:
+    values = samples()
+    values[20:, 1:4] = 0.0
+    values[:20, 1:4] = 0.01
+    with pytest.raises(RecordingError, match="removed gravity"):
+        read_files([write(tmp_path / "a.csv", values)])
