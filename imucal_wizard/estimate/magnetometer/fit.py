@@ -5,7 +5,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quantities import quantity, unit_sign
+from imucal_wizard.core.quantities import plural, quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
@@ -298,17 +298,22 @@ def _warnings(found: MagnetometerFit) -> list[str]:
     verb = "left out"
     if found.fit.method != DEFAULTS["magnetometer"]:
         verb = "not judged, but used as the method says"
+    passed = [run for run in found.left_out if not run.single]
+    if passed:
+        longest = max(passed, key=lambda run: run.samples)
+        when = f"from {longest.start:.1f} to {longest.end:.1f} s"
+        size = f"{max(run.size for run in passed):.3g} {unit_sign(unit)}"
+        often = when if len(passed) == 1 else f"{len(passed)} times, the longest {when},"
+        notes.append(
+            f"the field was disturbed {often} by up to {size} (iron, a magnet or a loudspeaker "
+            f"passed): {plural(sum(run.samples for run in passed), 'sample')} {verb}"
+        )
     for run in found.left_out:
-        size = f"{run.size:.3g} {unit_sign(unit)}"
         if run.single:
+            lie = "lies" if run.samples == 1 else "lie"
             notes.append(
-                f"{run.samples} single samples of the magnetometer lie up to {size} off the "
-                f"others: {verb}"
-            )
-        else:
-            notes.append(
-                f"the field was disturbed from {run.start:.1f} to {run.end:.1f} s by up to {size} "
-                f"(iron, a magnet or a loudspeaker passed): {run.samples} samples {verb}"
+                f"{plural(run.samples, 'single sample')} of the magnetometer {lie} up to "
+                f"{run.size:.3g} {unit_sign(unit)} off the others: {verb}"
             )
     covered = found.filled > 0
     off = float(np.linalg.norm(centres()[covered].mean(axis=0)))
