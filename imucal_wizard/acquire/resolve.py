@@ -105,6 +105,8 @@ def resolve_columns(
         notes += silent
         if not any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR):
             return ResolvedColumns(columns, ("sensor",), tuple(notes))
+    if arrivals is None and not sensor_places(columns, "accelerometer"):
+        notes += _unknown_names(columns)
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(setup, columns, values, arrivals, notes)
 
@@ -154,6 +156,19 @@ def _twice(columns: tuple[Column, ...]) -> str:
                 f"State which column is which, and leave one of them out."
             )
     return ""
+
+
+def _unknown_names(columns: tuple[Column, ...]) -> list[str]:
+    """Message about columns of a recording without accelerometer that have names of their own."""
+    names = [sanitise(c.name, 24) for c in columns if c.name and not c.channel]
+    names = [name for name in names if not name.lower().startswith("column ")]
+    if len(names) < len(SENSOR_CHANNELS["accelerometer"]):
+        return []
+    message = (
+        f"No column is named like an accelerometer, and {', '.join(names)} are not used: if they "
+        f"hold one, state which column is which."
+    )
+    return [message]
 
 
 def _lacking(sensor: str, channels: set[str]) -> str:

@@ -12,7 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
-from imucal_wizard.core.quantities import plural, quantity
+from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
@@ -233,8 +233,9 @@ def _with_duration(error: DataError, readings: Readings) -> DataError:
     if MIN_RECORDING_SECONDS <= seconds <= MAX_RECORDING_SECONDS:
         return error
     other = "longer" if seconds < MIN_RECORDING_SECONDS else "less"
+    lasts = fixed(seconds, decimals(seconds, 3))
     return DataError(
-        f"{error}. By its times the recording lasts {seconds:.3g} s at {rate:.4g} Hz: if it took "
+        f"{error}. By its times the recording lasts {lasts} s at {rate:.4g} Hz: if it took "
         f"{other}, correct the sampling rate or the unit of the times",
         settings=error.settings,
     )

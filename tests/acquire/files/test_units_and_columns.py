@@ -46,6 +46,19 @@ def test_the_unit_of_the_field_follows_from_all_readings(tmp_path: Path) -> None
     np.testing.assert_allclose(stated.magnetometer.values, 0.1 * values, atol=1e-6)
 
 
+def test_names_that_are_not_known_are_told_where_the_accelerometer_is_missing(
+    tmp_path: Path,
+) -> None:
+    """As a ROS tool names them: ``tx ty tz`` are the accelerations."""
+    rng = np.random.default_rng(9)
+    values = rng.normal((0.0, 0.0, 9.8, 0.0, 0.0, 0.0, 30.0, 20.0, -30.0), 0.01, (400, 9))
+    path = write(tmp_path / "a.csv", values, "tx,ty,tz,wx,wy,wz,mx,my,mz")
+    options = RecordingOptions(rate=50.0, gyroscope_unit="rad/s")
+    readings = read_files([path], options, field_alone=True)
+    assert len(readings.accelerometer) == 0
+    assert any("tx, ty, tz are not used" in text for text in readings.warnings)
+
+
 def test_a_field_in_whole_numbers_beside_counts_is_in_counts(tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     values = np.round(rng.normal((0.0, 0.0, 16384.0, 200.0, -180.0, 150.0), 3.0, (400, 6)))
