@@ -8,22 +8,30 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
 from imucal_wizard.acquire.column_guess import (
     UnitGuess,
     guess_accelerometer_unit,
     guess_magnetometer_unit,
 )
 from imucal_wizard.core.gravity import are_whole_numbers
+from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import true_on_all_axes
+from imucal_wizard.core.statistics import median, true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
 _WORD_BITS = (16, 24, 32)
 """Lengths of the whole numbers that sensors send."""
+_JITTER_SAMPLES = 100
+"""Samples over which a jitter averages to nothing, and times that wander have wandered off."""
+_MIN_JITTER = 0.05
+"""Jitter of the steps in sampling intervals below which it does not matter."""
+_MAX_WANDER = 0.3
+"""Growth of the deviation from even times in that many samples, over that of independent steps."""
 _MAX_SILENT_SHARE = 0.5
 """Share of samples that are zero on all axes above which they are what the device sends: one that
 removes gravity sends zero at rest."""
@@ -49,7 +57,80 @@ def known_by_all_readings(samples: FileSamples, guesses: Mapping[str, UnitGuess]
         samples: of one file.
         guesses: the units that were guessed from its first rows, by sensor.
     """
-    return _in_unit_of_field(_signed(_answered(samples), guesses), guesses)
+    return _in_unit_of_field(_signed(_evenly_timed(_answered(samples)), guesses), guesses)
+
+
+def _evenly_timed(samples: FileSamples) -> FileSamples:
+    """With even times where the given ones only jitter about them."""
+    found: dict[int, FloatArray | None] = {}
+    for one in samples.series.values():
+        if id(one.time) not in found:
+            found[id(one.time)] = without_jitter(one.time)
+    series = dict(samples.series)
+    for name, one in samples.series.items():
+        even = found[id(one.time)]
+        if even is not None:
+            series[name] = replace(one, time=even)
+    if all(even is None for even in found.values()):
+        return samples
+    note = (
+        "the times jitter about even ones, as if they were taken on arrival: the even ones are used"
+    )
+    return FileSamples(series, (*samples.warnings, note))
+
+
+def without_jitter(time: FloatArray) -> FloatArray | None:
+    """The even times about which given ones jitter; None if they do not jitter, or wander.
+
+    A sensor measures by its own clock, and whoever reads it takes the time later, by a delay that
+    varies but does not add up. Where the steps themselves vary, their sum wanders off any even
+    course: then each sample was measured at its own time.
+
+    Args:
+        time: s, shape (n,), never decreasing.
+    """
+    steps = np.diff(time)
+    period = median(steps) if len(steps) > 2 * _JITTER_SAMPLES else 0.0
+    if not period > 0.0:
+        return None
+    cuts = np.flatnonzero(steps > LONG_GAP_SECONDS) + 1
+    parts = np.split(time, cuts)
+    period = float(np.mean(steps[steps <= MAX_STEP_RATIO * period]))
+    numbers = [_numbered(part, period) for part in parts]
+    lines = [_off_line(part, number) for part, number in zip(parts, numbers, strict=True)]
+    near = np.concatenate([np.diff(off) for off in lines])
+    far = [off[_JITTER_SAMPLES:] - off[:-_JITTER_SAMPLES] for off in lines]
+    jitter, wander = float(near.std()), float(np.concatenate(far).std())
+    limit = _MAX_WANDER * np.sqrt(_JITTER_SAMPLES) * jitter
+    if jitter < _MIN_JITTER * period or wander > limit:
+        return None
+    even = [part - off + _running_mean(off) for part, off in zip(parts, lines, strict=True)]
+    return np.maximum.accumulate(np.concatenate(even))
+
+
+def _numbered(time: FloatArray, period: float) -> FloatArray:
+    """Number of each sample; missing ones leave gaps."""
+    steps = np.diff(time, prepend=time[:1])
+    counts = np.where(steps > MAX_STEP_RATIO * period, np.round(steps / period), 1.0)
+    counts[:1] = 0.0
+    return np.cumsum(counts)
+
+
+def _off_line(time: FloatArray, number: FloatArray) -> FloatArray:
+    """By how much times are later than the straight line through them over the numbers."""
+    if len(time) < 2:
+        return np.zeros(len(time))
+    off = number - number.mean()
+    own = time - time.mean()
+    return np.asarray(own - off * (off @ own) / (off @ off))
+
+
+def _running_mean(values: FloatArray) -> FloatArray:
+    """Mean of each value and its neighbours; at the ends that of the first and last ones."""
+    sums = np.concatenate([[0.0], np.cumsum(values)])
+    width = min(2 * _JITTER_SAMPLES + 1, len(values))
+    first = np.clip(np.arange(len(values)) - _JITTER_SAMPLES, 0, len(values) - width)
+    return np.asarray((sums[first + width] - sums[first]) / width)
 
 
 def _answered(samples: FileSamples) -> FileSamples:

@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
-from imucal_wizard.acquire.files.whole_recording import signed
+from imucal_wizard.acquire.files.whole_recording import signed, without_jitter
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray
 from tests.acquire.files.lines import samples, write
@@ -39,6 +39,30 @@ def test_counts_around_the_middle_of_their_range_keep_their_offset() -> None:
     assert signed(values) is None
     assert signed(values - 32768.0) is None
     assert signed(values / 3.0) is None
+
+
+def _arrived(even: FloatArray) -> FloatArray:
+    """Times of arrival over a bus that is asked every 5.12 ms."""
+    return np.ceil(even / 0.00512) * 0.00512 + 0.2
+
+
+def test_times_of_arrival_are_replaced_by_the_even_ones_they_jitter_about(tmp_path: Path) -> None:
+    even = np.delete(np.arange(3000) / 100.0, slice(1500, 1540))
+    values = samples(len(even))
+    values[:, 0] = _arrived(even)
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    own = readings.accelerometer.time
+    assert np.ptp(own - even) < 4e-4
+    assert np.abs(own - values[:, 0]).max() < 0.00512
+    assert any("jitter about even ones" in text for text in readings.warnings)
+    assert any("40 samples are missing in 1 gap" in text for text in readings.warnings)
+
+
+def test_steps_that_vary_by_themselves_stay_as_they_are() -> None:
+    """A loop that takes its time: each sample is measured when it is."""
+    time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 3000))
+    assert without_jitter(time) is None
+    assert without_jitter(np.arange(3000) / 100.0) is None
 
 
 def test_samples_that_read_zero_on_all_axes_are_no_readings(tmp_path: Path) -> None:
