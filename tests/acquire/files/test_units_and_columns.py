@@ -312,10 +312,28 @@ def test_files_with_different_sensors_become_one_recording(tmp_path: Path) -> No
         assert readings.gyroscope.rate == pytest.approx(1600.0, rel=1e-2)
 
 
-def test_two_files_with_the_same_sensor_are_refused(tmp_path: Path) -> None:
-    paths = [write(tmp_path / name, samples()) for name in ("a.csv", "b.csv")]
+def test_files_with_the_same_sensors_follow_one_another(tmp_path: Path) -> None:
+    """One file for each position, each with times from zero."""
+    turned = samples()
+    turned[:, 1:4] = turned[:, [3, 1, 2]]
+    first, second = write(tmp_path / "z.csv", samples()), write(tmp_path / "x.csv", turned)
+    readings = read_files([first, second])
+    assert readings.gyroscope is not None
+    assert len(readings) == 800
+    assert readings.gyroscope.time is readings.accelerometer.time
+    steps = np.diff(readings.accelerometer.time)
+    assert steps.min() > 0.0
+    assert steps.max() == pytest.approx(1.0)
+    assert readings.warnings == ()
+
+
+def test_a_sensor_in_two_of_different_files_is_refused(tmp_path: Path) -> None:
+    both = write(tmp_path / "a.csv", samples())
+    one = write(tmp_path / "b.csv", samples()[:, :4], ",".join(HEADER.split(",")[:4]))
     with pytest.raises(RecordingError, match="both hold the accelerometer"):
-        read_files(paths)
+        read_files([both, one])
+    with pytest.raises(RecordingError, match="the same samples as another file"):
+        read_files([both, both])
 
 
 def test_files_whose_times_do_not_meet_are_refused(tmp_path: Path) -> None:
