@@ -21,6 +21,7 @@ from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
+from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
@@ -57,7 +58,30 @@ def known_by_all_readings(samples: FileSamples, guesses: Mapping[str, UnitGuess]
         samples: of one file.
         guesses: the units that were guessed from its first rows, by sensor.
     """
-    return _in_unit_of_field(_signed(_evenly_timed(_answered(samples)), guesses), guesses)
+    samples = _evenly_timed(_measured_once(_answered(samples)))
+    return _in_unit_of_field(_signed(samples, guesses), guesses)
+
+
+def _measured_once(samples: FileSamples) -> FileSamples:
+    """With each measurement of the inertial sensors once, where a faster loop repeats it.
+
+    The steps between the repeats look like noise, and the repeats themselves like the end of the
+    range. A magnetometer's are left to its fit.
+    """
+    main = next((samples.series[name] for name in _INERTIAL if name in samples.series), None)
+    if main is None:
+        return samples
+    own = [name for name in _INERTIAL if name in samples.series]
+    if any(samples.series[name].time is not main.time for name in own):  # not read together
+        return samples
+    rows = measured_rows(np.hstack([samples.series[name].values for name in own]))
+    if rows is None:
+        return samples
+    time, series = main.time[rows], dict(samples.series)
+    for name in own:
+        series[name] = replace(series[name], time=time, values=series[name].values[rows])
+    note = repeats_note(" and the ".join(own), main, series[own[0]])
+    return FileSamples(series, (*samples.warnings, *note))
 
 
 def _evenly_timed(samples: FileSamples) -> FileSamples:
@@ -165,7 +189,8 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
         series[name] = replace(one, values=values)
         if name == "accelerometer" and name in guesses:
             again = guess_accelerometer_unit(values)
-            warnings = [again.why if text == guesses[name].why else text for text in warnings]
+            if again.unit == COUNT:
+                warnings = [again.why if text == guesses[name].why else text for text in warnings]
         warnings.append(
             f"negative readings of the {name} were written as unsigned numbers, like {as_read:.0f} "
             f"for {is_meant:.0f}: they are read as negative"

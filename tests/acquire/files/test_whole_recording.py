@@ -58,6 +58,19 @@ def test_times_of_arrival_are_replaced_by_the_even_ones_they_jitter_about(tmp_pa
     assert any("40 samples are missing in 1 gap" in text for text in readings.warnings)
 
 
+def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
+    once = samples(300, rate=50.0)
+    values = np.repeat(once, 4, axis=0)
+    values[:, 0] = np.arange(len(values)) / 200.0
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    assert readings.gyroscope is not None
+    assert readings.gyroscope.time is readings.accelerometer.time
+    np.testing.assert_allclose(readings.accelerometer.time, once[:, 0], atol=1e-9)
+    np.testing.assert_allclose(readings.gyroscope.values, once[:, 4:7], atol=1e-6)
+    (told,) = readings.warnings
+    assert "accelerometer and the gyroscope is repeated 4 times" in told
+
+
 def test_steps_that_vary_by_themselves_stay_as_they_are() -> None:
     """A loop that takes its time: each sample is measured when it is."""
     time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 3000))
