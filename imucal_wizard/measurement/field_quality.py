@@ -25,6 +25,7 @@ from imucal_wizard.core.statistics import (
     median_of_rows,
     robust_deviation,
     sample_quantile,
+    true_on_all_axes,
 )
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
 
@@ -316,18 +317,18 @@ def without_repeats(series: Series) -> Series:
     return series if rows is None else Series(series.time[rows], series.values[rows], series.unit)
 
 
-def measured_rows(values: FloatArray) -> IntArray | None:
+def measured_rows(*values: FloatArray) -> IntArray | None:
     """Which readings to keep so that each measurement counts once; None if none is repeated.
 
     Coarse readings repeat as well, but with many runs of length one; if a faster stream repeats a
     reading, a run is hardly ever shorter than the time between two measurements.
 
     Args:
-        values: readings, of sensors that are measured together side by side, shape (n, axes).
+        values: readings of each of the sensors that are measured together, shape (n, 3).
     """
-    changed = (np.diff(values, axis=0) != 0.0).any(axis=1)
-    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    lengths = np.diff(np.append(starts, len(values)))
+    equal = [true_on_all_axes(one[1:] == one[:-1]) for one in values]
+    starts = np.concatenate([[0], np.flatnonzero(~np.logical_and.reduce(equal)) + 1])
+    lengths = np.diff(np.append(starts, len(values[0])))
     whole = lengths[1:-1]
     if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
         return None

@@ -74,7 +74,7 @@ def _measured_once(samples: FileSamples) -> FileSamples:
     own = [name for name in _INERTIAL if name in samples.series]
     if any(samples.series[name].time is not main.time for name in own):  # not read together
         return samples
-    rows = measured_rows(np.hstack([samples.series[name].values for name in own]))
+    rows = measured_rows(*(samples.series[name].values for name in own))
     if rows is None:
         return samples
     time, series = main.time[rows], dict(samples.series)
