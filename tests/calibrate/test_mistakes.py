@@ -417,6 +417,15 @@ def test_a_bias_that_no_sensor_has_is_not_taken_for_a_wrong_unit() -> None:
     assert _warned(report, "bias is 4", "mg on the z axis")
 
 
+def test_means_of_positions_are_not_taken_for_samples() -> None:
+    """Six lines with what each axis reads up and down, as other programs take them."""
+    ends = np.vstack([np.eye(3), -np.eye(3)]) * 16384.0 + (300.0, -200.0, 120.0)
+    means = Readings(Series(np.arange(6) / 20.0, ends, "count"))
+    with pytest.raises(DataError, match="mean of one position") as told:
+        fit_readings(means)
+    assert "sampling rate" not in str(told.value)
+
+
 def test_a_long_recording_full_of_gaps_is_not_called_too_short() -> None:
     readings = session()
     step = np.where(np.arange(len(readings)) % 50 == 0, 1.0, 0.01)
