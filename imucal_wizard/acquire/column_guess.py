@@ -141,11 +141,8 @@ def guess_time_unit_by_rate(ticks: FloatArray, rate: float | None) -> UnitGuess:
         ticks: device times, shape (n,).
         rate: samples per second, if stated.
     """
-    steps = np.diff(ticks)
-    step = median(steps[steps > 0]) if np.any(steps > 0) else 0.0
+    step = sampling_period(ticks)
     bursts = burst_pause(ticks) > 0.0
-    if bursts:
-        step = sampling_period(ticks)
     low, high = (0.3 * rate, 3.0 * rate) if rate else USUAL_SAMPLING_RATES
     for unit in _UNITS_TRIED if step else ():
         found = 1.0 / (step * units.TIME_UNITS[unit])

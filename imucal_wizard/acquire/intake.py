@@ -1,6 +1,6 @@
 """From bytes to Readings: format, columns, units, clock."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -152,9 +152,9 @@ class Intake:
         return self._found.columns if self._found else self._search.columns
 
     @property
-    def field_unit(self) -> UnitGuess | None:
-        """The guess of the magnetometer's unit from the first readings; None if it is known."""
-        return self._found.field_unit if self._found else None
+    def guesses(self) -> Mapping[str, UnitGuess]:
+        """The units that were guessed from the first readings, by sensor."""
+        return self._found.guesses if self._found else {}
 
     @property
     def setup(self) -> StreamSetup:

@@ -1,7 +1,7 @@
 """Resolves the columns of a stream, or determines the questions for the user."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -52,14 +52,13 @@ class ResolvedColumns:
         needs: the questions: ``columns``, ``accelerometer unit``, ``gyroscope unit``, and ``rate``
             for a recording; or ``NEEDS_ACCELEROMETER``.
         notes: messages to the user about guesses and their reasons, or about missing data.
-        field_unit: the guess of the magnetometer's unit, if the magnitude of the first readings is
-            its reason: all readings tell more.
+        guesses: the units guessed from the first readings, by sensor; all readings tell more.
     """
 
     columns: tuple[Column, ...]
     needs: tuple[str, ...]
     notes: tuple[str, ...]
-    field_unit: column_guess.UnitGuess | None = None
+    guesses: Mapping[str, column_guess.UnitGuess] = field(default_factory=dict)
 
 
 def resolve_columns(
@@ -110,6 +109,8 @@ def resolve_columns(
         notes += silent
         if not any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR):
             return ResolvedColumns(columns, ("sensor",), tuple(notes))
+    if arrivals is None and not sensor_places(columns, "accelerometer"):
+        notes += _unknown_names(columns)
     columns = tuple(replace(c, unit=setup.unit_of(c)) for c in columns)
     return _with_units(setup, columns, values, arrivals, notes)
 
@@ -168,6 +169,19 @@ def _twice(columns: tuple[Column, ...]) -> str:
     return ""
 
 
+def _unknown_names(columns: tuple[Column, ...]) -> list[str]:
+    """Message about columns of a recording without accelerometer that have names of their own."""
+    names = [sanitise(c.name, 24) for c in columns if c.name and not c.channel]
+    names = [name for name in names if not name.lower().startswith("column ")]
+    if len(names) < len(SENSOR_CHANNELS["accelerometer"]):
+        return []
+    message = (
+        f"No column is named like an accelerometer, and {', '.join(names)} are not used: if they "
+        f"hold one, state which column is which."
+    )
+    return [message]
+
+
 def _lacking(sensor: str, channels: set[str]) -> str:
     """Message about a sensor with missing axes."""
     gone = [channel for channel in SENSOR_CHANNELS[sensor] if channel not in channels]
@@ -206,7 +220,7 @@ def _with_units(
     notes: list[str],
 ) -> ResolvedColumns:
     needs: list[str] = []
-    field_unit: column_guess.UnitGuess | None = None
+    guesses: dict[str, column_guess.UnitGuess] = {}
     for sensor in LETTER_OF_SENSOR:
         places = sensor_places(columns, sensor)
         if sensor == "magnetometer" and _foreign(columns, places):  # arbitrary units
@@ -220,15 +234,15 @@ def _with_units(
         found = _unit_guess(sensor, values[:, places], columns, values)
         if found.why:
             notes.append(found.why)
-        if sensor == "magnetometer" and found.why != _WHOLE.format(sensor):
-            field_unit = found
+        if found.why != _WHOLE.format(sensor):
+            guesses[sensor] = found
         if found.unit:
             columns = _set_unit(columns, places, found.unit)
         else:
             needs.append(f"{sensor} unit")
     columns, beside = _without_foreign(columns)
     columns, needed, time = _timed(setup, columns, values, arrivals)
-    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), field_unit)
+    return ResolvedColumns(columns, (*needs, *needed), (*notes, *beside, *time), guesses)
 
 
 def _foreign(columns: tuple[Column, ...], places: Sequence[int]) -> list[Column]:

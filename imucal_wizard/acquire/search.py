@@ -1,7 +1,8 @@
 """Determines the format, columns and units of a stream, line by line."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import field
 
 import numpy as np
 
@@ -59,13 +60,13 @@ class ResolvedStream:
         format: name of the format.
         columns: every column, with its unit.
         first: first rows of the stream, which give the device's period.
-        field_unit: as in ``ResolvedColumns``.
+        guesses: units by sensor, as in ``ResolvedColumns``.
     """
 
     format: str
     columns: tuple[Column, ...]
     first: FloatArray
-    field_unit: UnitGuess | None = None
+    guesses: Mapping[str, UnitGuess] = field(default_factory=dict)
 
 
 class StreamSearch:
@@ -194,4 +195,4 @@ class StreamSearch:
         first = first_rows(found.columns, values, full=full)
         if first is None:
             return None
-        return ResolvedStream(decoder.name, found.columns, first, found.field_unit)
+        return ResolvedStream(decoder.name, found.columns, first, found.guesses)

@@ -25,7 +25,8 @@ def parser() -> Parser:
     made = fitting_parser(
         "fit",
         "Find the holds and rotations of a recording and fit the model. Files of "
-        "one session that hold different sensors are given together.",
+        "one session are given together: those that hold different sensors become one, "
+        "and those that hold the same ones, like one for each position, follow one another.",
     )
     add_methods(made)
     add_magnetometer(made)

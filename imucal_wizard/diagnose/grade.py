@@ -144,7 +144,9 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
 def _no_fit(sensor: str, report: FitReport) -> str:
     """What the report says of a sensor without a calibration."""
     notes = [note for note in report.notes(judged=True) if sensor in note]
-    return notes[0] if notes else f"the {sensor} is not calibrated: these data do not determine it"
+    nothing = f"the {sensor} is not calibrated"
+    reasons = [note for note in notes if nothing in note]
+    return next(iter(reasons + notes), f"{nothing}: these data do not determine it")
 
 
 def read_limits(path: Path) -> Limits:

@@ -8,7 +8,7 @@ import numpy as np
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.limits.use import FAR
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import times_in_words
+from imucal_wizard.core.quantities import quantity, times_in_words
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
@@ -41,7 +41,7 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     usual, odd = _scales(fit)
     notes += odd
     if fit.bias_unit != COUNT:
-        notes += unit_notes(usual)
+        notes += unit_notes(usual) or _bias_notes(fit)
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
@@ -68,6 +68,19 @@ def unit_notes(scale: float) -> list[str]:
         fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
         return [f"{reads}: give the unit of the accelerations, or correct the range{fits}"]
     return []
+
+
+def _bias_notes(fit: SensorFit) -> list[str]:
+    """What is said of an accelerometer whose scale is right and whose bias no sensor has."""
+    axis = int(np.abs(fit.bias).argmax())
+    size = float(fit.bias[axis])
+    if fit.unusable or abs(size) <= FAR * STANDARD_GRAVITY:
+        return []
+    message = (
+        f"the accelerometer's bias is {quantity(size, fit.bias_unit)} on the {AXES[axis]} axis, "
+        "which no sound sensor has: check its column, its offset registers and its range"
+    )
+    return [message]
 
 
 def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[str]:
@@ -139,13 +152,13 @@ def _other_range(scale: float) -> list[str]:
 
 
 _OF_THE_FIT = {
-    "Gravity reads": "gravity reads",
+    "Gravity reads": ("gravity reads", "the accelerometer's bias is"),
     **{
-        f"The readings of the {sensor} come in steps": f"the {sensor}'s readings come in steps"
+        f"The readings of the {sensor} come in steps": (f"the {sensor}'s readings come in steps",)
         for sensor in SENSORS
     },
 }
-"""How a warning about the samples begins, and one about the same that the fit gives."""
+"""How a warning about the samples begins, and those about the same that the fit gives."""
 
 
 def said_better(note: str, notes: Sequence[str]) -> bool:

@@ -27,8 +27,18 @@ from imucal_wizard.model.identifiability import expected_error
 EQUAL_EXPECTED_RATIO = 1.1
 """Expected errors that differ by less say nothing: each comes from about thirty residuals, which
 know a spread to 13 % at best."""
+SECONDS_OF_SIX_HOLDS = 12.0
+"""A longer recording is not too short for six holds of two seconds."""
 GOOD_ENOUGH = 1e-3
 """An expected error, in units of gravity, below which no looser limit needs to be tried."""
+
+_TOO_SHORT = (
+    "the recording is too short: at least two seconds of rest and six still positions are needed"
+)
+_TOO_UNEVEN = (
+    "no two seconds of the recording are without a gap between samples, so that nothing shows "
+    "rest: record at an even rate"
+)
 
 
 def find_holds(
@@ -42,10 +52,9 @@ def find_holds(
     """
     stream = reduce_recording(readings)
     if stream is None:
-        raise DataError(
-            "the recording is too short: at least two seconds of rest and six still positions are "
-            "needed"
-        )
+        time = readings.accelerometer.time
+        long = len(time) > 0 and time[-1] - time[0] > SECONDS_OF_SIX_HOLDS
+        raise DataError(_TOO_UNEVEN if long else _TOO_SHORT)
     steps = stream.step_a, stream.step_g
     found = [holds for _, holds in usual_candidates(stream)]
     if stream.one_position:  # nothing to calibrate from: the longest rest is what there is

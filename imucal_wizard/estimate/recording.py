@@ -10,12 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
-from imucal_wizard.core.quantities import plural, quantity
+from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import accelerometer_experiment, check_means
 from imucal_wizard.estimate.fit import fit
@@ -38,6 +39,9 @@ from imucal_wizard.measurement.rounding import in_steps
 from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.model.effect import ACCELEROMETER
 
+MIN_POSITIONS, POSITIONS_APART_DEG = 6, 30.0
+"""Readings that may be those of positions, and the angle between one and the next above which they
+are: a hand that turns a device at 150 °/s turns it by as much between samples of 5 Hz."""
 MIN_RECORDING_SECONDS, MAX_RECORDING_SECONDS = 60.0, 1800.0
 """A calibration by hand hardly takes less than the first, and hardly more than the second."""
 
@@ -97,7 +101,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     on_table = bool(options.left_out)
     turns = [] if gyroscope is None or on_table else segments(report.holds, gyroscope)
     report = with_second_stage(report, series, turns)
-    notes = repeats_note(readings.magnetometer, series)
+    notes = repeats_note("magnetometer", readings.magnetometer, series)
     return replace(report, warnings=(*report.warnings, *notes))
 
 
@@ -112,7 +116,25 @@ def _inertial(readings: Readings, options: FitOptions) -> FitReport:
     try:
         return _found(readings, options)
     except DataError as error:
+        if _are_positions(readings.accelerometer.values):
+            raise DataError(_POSITIONS) from error
         raise _with_duration(_with_rests(error, readings, options), readings) from error
+
+
+_POSITIONS = (
+    "each line seems to be the mean of one position and not a sample: give the recording of which "
+    "the means were taken, with two seconds at rest in each position"
+)
+
+
+def _are_positions(values: FloatArray) -> bool:
+    """Whether each reading is taken in another position than the one before, shape (n, 3)."""
+    if len(values) < MIN_POSITIONS:
+        return False
+    centre = sphere_centre(values)
+    up = unit_vectors(values if centre is None else values - centre)
+    between = np.einsum("ni,ni->n", up[1:], up[:-1])
+    return bool(median(between) < np.cos(np.radians(POSITIONS_APART_DEG)))
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
@@ -234,8 +256,9 @@ def _with_duration(error: DataError, readings: Readings) -> DataError:
     if MIN_RECORDING_SECONDS <= seconds <= MAX_RECORDING_SECONDS:
         return error
     other = "longer" if seconds < MIN_RECORDING_SECONDS else "less"
+    lasts = fixed(seconds, decimals(seconds, 3))
     return DataError(
-        f"{error}. By its times the recording lasts {seconds:.3g} s at {rate:.4g} Hz: if it took "
+        f"{error}. By its times the recording lasts {lasts} s at {rate:.4g} Hz: if it took "
         f"{other}, correct the sampling rate or the unit of the times",
         settings=error.settings,
     )
@@ -273,7 +296,7 @@ def fit_collected(
     from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
 
     series = without_repeats(collected.magnetometer)
-    warnings = (*warnings, *repeats_note(collected.magnetometer, series))
+    warnings = (*warnings, *repeats_note("magnetometer", collected.magnetometer, series))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings, readings),
         lambda: fit_during(

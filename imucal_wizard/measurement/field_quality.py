@@ -11,13 +11,21 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.data_quality import MIN_FIELD_SAMPLES
 from imucal_wizard.core.quantities import decimals, fixed
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, Series, distinct
+from imucal_wizard.core.readings import (
+    MAX_READING,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Series,
+    distinct,
+)
 from imucal_wizard.core.statistics import (
     SIGMA_PER_MEDIAN,
     median,
     median_of_rows,
     robust_deviation,
     sample_quantile,
+    true_on_all_axes,
 )
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE
 
@@ -303,33 +311,44 @@ def without_repeats(series: Series) -> Series:
 
     A sketch that prints all sensors in one loop repeats the last field until the next measurement.
     Counted as samples, the repeats make the noise look too small, and the steps between them look
-    like disturbances. Coarse readings repeat as well, but with many runs of length one; if a faster
-    stream repeats a reading, a run is hardly ever shorter than the time between two measurements.
+    like disturbances.
     """
-    changed = (np.diff(series.values, axis=0) != 0.0).any(axis=1)
-    starts = np.concatenate([[0], np.flatnonzero(changed) + 1])
-    lengths = np.diff(np.append(starts, len(series)))
+    rows = measured_rows(series.values)
+    return series if rows is None else Series(series.time[rows], series.values[rows], series.unit)
+
+
+def measured_rows(*values: FloatArray) -> IntArray | None:
+    """Which readings to keep so that each measurement counts once; None if none is repeated.
+
+    Coarse readings repeat as well, but with many runs of length one; if a faster stream repeats a
+    reading, a run is hardly ever shorter than the time between two measurements.
+
+    Args:
+        values: readings of each of the sensors that are measured together, shape (n, 3).
+    """
+    equal = [true_on_all_axes(one[1:] == one[:-1]) for one in values]
+    starts = np.concatenate([[0], np.flatnonzero(~np.logical_and.reduce(equal)) + 1])
+    lengths = np.diff(np.append(starts, len(values[0])))
     whole = lengths[1:-1]
     if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
-        return series
+        return None
     shortest = sample_quantile(whole, SHORTEST_RUN_QUANTILE)
     period = float(whole[whole <= MAX_SINGLE_RUN_RATIO * shortest].mean())
     if period < 1.5:
-        return series
+        return None
     # consecutive equal measurements keep their number
     counts = np.maximum(np.round(lengths / period).astype(np.int64), 1)
     first = np.repeat(starts, counts)
     place = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    rows = first + (place * np.repeat(lengths / counts, counts)).astype(np.int64)
-    return Series(series.time[rows], series.values[rows], series.unit)
+    return np.asarray(first + (place * np.repeat(lengths / counts, counts)).astype(np.int64))
 
 
-def repeats_note(series: Series, once: Series) -> tuple[str, ...]:
+def repeats_note(sensor: str, series: Series, once: Series) -> tuple[str, ...]:
     """A message about repeated readings; empty if there are none."""
     if len(once) == len(series):
         return ()
     message = (
-        f"each reading of the magnetometer is repeated {len(series) / len(once):.2g} times in the "
+        f"each reading of the {sensor} is repeated {len(series) / len(once):.2g} times in the "
         "recording, because the sensor is slower than the lines; each counts once"
     )
     return (message,)

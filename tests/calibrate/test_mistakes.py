@@ -408,6 +408,40 @@ def test_a_wrong_unit_is_told_once() -> None:
     assert len([one for one in notes if "gravity reads" in one.lower()]) == 1
 
 
+def test_a_bias_that_no_sensor_has_is_not_taken_for_a_wrong_unit() -> None:
+    """The z axis reads 4.6 m/s² too much, so that gravity reads 14.4 m/s² at first."""
+    readings = with_accelerometer(session(), lambda force: force + np.array([0.0, 0.0, 4.6]))
+    checked = replace(readings, warnings=check_recording(readings))
+    report = fit_readings(checked)
+    notes = report.notes(judged=False)
+    assert not any("gravity reads" in note.lower() for note in notes)
+    assert _warned(report, "bias is 4", "mg on the z axis")
+
+
+def test_means_of_positions_are_not_taken_for_samples() -> None:
+    """Six lines with what each axis reads up and down, as other programs take them."""
+    ends = np.vstack([np.eye(3), -np.eye(3)]) * 16384.0 + (300.0, -200.0, 120.0)
+    means = Readings(Series(np.arange(6) / 20.0, ends, "count"))
+    with pytest.raises(DataError, match="mean of one position") as told:
+        fit_readings(means)
+    assert "sampling rate" not in str(told.value)
+
+
+def test_a_long_recording_full_of_gaps_is_not_called_too_short() -> None:
+    readings = session()
+    step = np.where(np.arange(len(readings)) % 50 == 0, 1.0, 0.01)
+    uneven = replace(
+        readings,
+        accelerometer=replace(readings.accelerometer, time=np.cumsum(step)),
+        gyroscope=None,
+    )
+    with pytest.raises(
+        DataError, match="no two seconds of the recording are without a gap"
+    ) as told:
+        fit_readings(uneven)
+    assert "e+" not in str(told.value)
+
+
 def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
     readings = session()
     assert readings.gyroscope is not None

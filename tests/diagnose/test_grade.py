@@ -49,6 +49,13 @@ def test_a_sensor_without_a_calibration_is_not_usable() -> None:
     assert one.why == "the gyroscope is not calibrated: too few"
 
 
+def test_the_reason_of_a_missing_calibration_comes_before_other_notes() -> None:
+    known = without("gyroscope")
+    clipped = "the gyroscope reaches the end of its range"
+    one = graded(replace(known, warnings=(clipped, *known.warnings)), GOOD)["gyroscope"]
+    assert one.why == "the gyroscope is not calibrated: too few"
+
+
 def test_a_calibration_that_is_worse_than_none_is_not_usable() -> None:
     known = report()
     worse = replace(known.sensors["accelerometer"], rms_before=1e-4)

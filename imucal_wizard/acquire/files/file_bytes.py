@@ -48,6 +48,8 @@ _MAGIC: tuple[tuple[bytes, str, str], ...] = (
     ),
     (b"\x93NUMPY", "a NumPy array", "write it as text with numpy.savetxt and a header of names"),
     (b"MATLAB 5.0", "a MATLAB file", "write it as text with writetable or writematrix"),
+    (b"MATLAB 7.3", "a MATLAB 7.3 file", "write it as text with writetable or writematrix"),
+    (b"version https://git-lfs", "a pointer of Git LFS, not the file", "get it with git lfs pull"),
     (b"\x89HDF", "an HDF5 or MATLAB 7.3 file", "export its arrays as CSV"),
     (b"BZh91AY", "compressed by bzip2", "unpack it with bunzip2"),
     (b"\xfd7zXZ", "compressed by xz", "unpack it with unxz"),

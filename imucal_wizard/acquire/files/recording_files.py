@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from imucal_wizard.acquire.column_guess import UnitGuess, guess_magnetometer_unit
 from imucal_wizard.acquire.decode import format_names, is_binary
 from imucal_wizard.acquire.decode.base import Column, MalformedLine
 from imucal_wizard.acquire.decode.delimited import split_fields
@@ -27,14 +26,15 @@ from imucal_wizard.acquire.files.file_bytes import (
     decode_text,
     read_bytes,
 )
+from imucal_wizard.acquire.files.whole_recording import FileSamples, known_by_all_readings
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
-from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS, si_unit, unit_factor
+from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
 from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
 
 IMU_TK = "imu_tk"
@@ -48,25 +48,10 @@ FED_BYTES = 1 << 19
 ones leave the processor's cache."""
 MIN_DATE_SECONDS = 1e8
 """Times from here on count from a date (1970): no device has been running for three years."""
-_SECONDS_BETWEEN_FILES = 10.0
-"""Between the last sample of a file and the first of the next, where they follow one another."""
 _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
 """Share of malformed lines above which the link was bad."""
-
-
-@dataclass(frozen=True, eq=False)
-class FileSamples:
-    """The content of one file.
-
-    Attributes:
-        series: the samples of each sensor by its name.
-        warnings: messages to the user.
-    """
-
-    series: dict[str, Series]
-    warnings: tuple[str, ...] = ()
 
 
 def read_files(
@@ -78,16 +63,16 @@ def read_files(
 ) -> Readings:
     """The readings in the files of one session.
 
-    Files with different sensors, each with its own times, become one recording. The times of a
-    clock that counts from a date (1970) count from the first sample instead.
+    Files with different sensors, each with its own times, become one recording; files with the same
+    sensors, like one for each position, follow one another. The times of a clock that counts from a
+    date (1970) count from the first sample instead.
 
     Args:
         paths: the files.
         options: the user's statements about them.
         field_alone: whether a magnetometer alone is sufficient; the accelerometer then has no
             samples.
-        on_table: a rate table turned the device: a gyroscope alone is sufficient, and files that
-            hold the same sensor follow one another.
+        on_table: a rate table turned the device: a gyroscope alone is sufficient.
 
     Raises:
         RecordingError: a file cannot be read, or lacks something; the message says what.
@@ -103,7 +88,8 @@ def read_files(
             f"give ACC.mat GYRO.mat in this order"
         )
     files = [_one(path, options, i) for i, path in enumerate(paths)]
-    if on_table and len(files) > 1:
+    kinds = {frozenset(one.series) for one in files}
+    if len(files) > 1 and len(kinds) == 1 and files[0].series:
         files = _one_after_another(paths, files)
     series, warnings = _merged(paths, files)
     series = _from_beginning(series)
@@ -249,33 +235,12 @@ def _samples(data: bytes, setup: StreamSetup, file: str = "") -> FileSamples:
         samples = _decode_pieces(intake, ([piece] for piece in line_pieces(data)))
     if samples is None:
         raise unreadable(intake, setup)
-    samples = _with_field_unit(samples, intake.field_unit)
+    samples = known_by_all_readings(samples, intake.guesses)
     left_out = misfits(intake)
     missing = intake.without_number
     if missing:
         left_out += (f"{missing}; left out",)
     return FileSamples(samples.series, (*samples.warnings, *left_out))
-
-
-def _with_field_unit(samples: FileSamples, guess: UnitGuess | None) -> FileSamples:
-    """The samples with the magnetometer in the unit that all of its readings show.
-
-    Args:
-        samples: of one file.
-        guess: the unit from its first readings; None if the file or the user states it.
-    """
-    series = samples.series.get("magnetometer")
-    if guess is None or series is None:
-        return samples
-    readings = series.values / unit_factor("magnetometer", guess.unit)
-    found = guess_magnetometer_unit(readings)
-    converted = Series(
-        series.time,
-        readings * unit_factor("magnetometer", found.unit),
-        si_unit("magnetometer", found.unit),
-    )
-    warnings = [found.why if text == guess.why else text for text in samples.warnings]
-    return FileSamples({**samples.series, "magnetometer": converted}, tuple(warnings))
 
 
 def named_by_file(setup: StreamSetup, intake: Intake, file: str) -> StreamSetup:
@@ -508,20 +473,17 @@ def _merged(
 
 
 def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> list[FileSamples]:
-    """Files that hold the same sensors as one, each later than the one before; else as they are.
+    """Files that hold the same sensors as one, each later than the one before.
 
     Raises:
-        RecordingError: a sensor has different units in them.
+        RecordingError: a sensor has different units in them, or two of them are the same.
     """
-    names = [name for one in files for name in one.series]
-    if len(names) == len(set(names)):
-        return list(files)
     joined: dict[str, list[Series]] = {}
-    warnings: list[str] = []
+    main = joined.setdefault(next(iter(files[0].series)), [])
     origin = 0.0
     for path, one in zip(paths, files, strict=True):
-        warnings += [f"{without_control_characters(path.name)}: {text}" for text in one.warnings]
         first = min(float(series.time[0]) for series in one.series.values())
+        times = {id(own.time): own.time - first + origin for own in one.series.values()}
         for name, series in one.series.items():
             before = joined.setdefault(name, [])
             if before and before[0].unit != series.unit:
@@ -529,13 +491,18 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
                     f"{path}: the {name} is in {series.unit}, but before it was "
                     f"in {before[0].unit}; give the same unit for all files"
                 )
-            before.append(replace(series, time=series.time - first + origin))
-        origin = _SECONDS_BETWEEN_FILES + max(float(own[-1].time[-1]) for own in joined.values())
-    whole = {name: join_series(parts) for name, parts in joined.items()}
-    return [
-        FileSamples({k: v for k, v in whole.items() if v is not None}, tuple(warnings)),
-        *(FileSamples({}) for _ in files[1:]),
-    ]
+            before.append(replace(series, time=times[id(series.time)]))
+        if any(np.array_equal(main[-1].values, part.values) for part in main[:-1]):
+            raise RecordingError(f"{path} has the same samples as another file")
+        origin = RESTART_GAP_SECONDS + max(float(own[-1].time[-1]) for own in joined.values())
+    whole: dict[str, Series] = {}
+    time = np.concatenate([part.time for part in main])
+    for name, parts in joined.items():
+        at_once = all(a.time is b.time for a, b in zip(parts, main, strict=True))
+        found = join_series(parts, time if at_once else None)
+        if found is not None:
+            whole[name] = found
+    return [FileSamples({} if i else whole, one.warnings) for i, one in enumerate(files)]
 
 
 def _apart(readings: Readings) -> list[str]:

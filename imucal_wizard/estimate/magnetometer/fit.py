@@ -5,7 +5,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quantities import quantity, unit_sign
+from imucal_wizard.core.quantities import plural, quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
@@ -298,24 +298,24 @@ def _warnings(found: MagnetometerFit) -> list[str]:
     verb = "left out"
     if found.fit.method != DEFAULTS["magnetometer"]:
         verb = "not judged, but used as the method says"
-    for run in found.left_out:
-        size = f"{run.size:.3g} {unit_sign(unit)}"
-        if run.single:
-            notes.append(
-                f"{run.samples} single samples of the magnetometer lie up to {size} off the "
-                f"others: {verb}"
-            )
-    runs = [run for run in found.left_out if not run.single]
-    if runs:
-        where = f"from {runs[0].start:.1f} to {runs[0].end:.1f} s"
-        if len(runs) > 1:
-            where = f"in {len(runs)} stretches, the first {where},"
-        most = f"{max(run.size for run in runs):.3g} {unit_sign(unit)}"
+    passed = [run for run in found.left_out if not run.single]
+    if passed:
+        longest = max(passed, key=lambda run: run.samples)
+        when = f"from {longest.start:.1f} to {longest.end:.1f} s"
+        often = when if len(passed) == 1 else f"{len(passed)} times, the longest {when},"
         notes.append(
-            f"the field was disturbed {where} by up to {most}: "
-            f"{sum(run.samples for run in runs)} samples {verb}. Iron, a magnet or a current was "
-            "near, or the axes are read at different times while the device turns"
+            f"the field was disturbed {often} by up to {max(run.size for run in passed):.3g} "
+            f"{unit_sign(unit)}: {plural(sum(run.samples for run in passed), 'sample')} {verb}. "
+            "Iron, a magnet or a current was near, or the axes are read at different times while "
+            "the device turns"
         )
+    for run in found.left_out:
+        if run.single:
+            lie = "lies" if run.samples == 1 else "lie"
+            notes.append(
+                f"{plural(run.samples, 'single sample')} of the magnetometer {lie} up to "
+                f"{run.size:.3g} {unit_sign(unit)} off the others: {verb}"
+            )
     covered = found.filled > 0
     off = float(np.linalg.norm(centres()[covered].mean(axis=0)))
     seen = int(covered.sum())

@@ -27,6 +27,8 @@ from tests.acquire.files.lines import HEADER, samples
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR" + bytes(200), "it is a picture"),
         (b"\x1f\x8b" + bytes(200), "compressed by gzip and damaged"),
         (b"1.0," * 100_000, "no line of data"),
+        (b"MATLAB 7.3 MAT-file, Platform".ljust(512) + b"\x89HDF" + bytes(99), "a MATLAB 7.3 file"),
+        (b"version https://git-lfs.github.com/spec/v1\nsize 12\n", "a pointer of Git LFS"),
     ],
 )
 def test_what_holds_no_data_is_refused_by_name(tmp_path: Path, data: bytes, says: str) -> None:

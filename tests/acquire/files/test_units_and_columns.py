@@ -46,6 +46,19 @@ def test_the_unit_of_the_field_follows_from_all_readings(tmp_path: Path) -> None
     np.testing.assert_allclose(stated.magnetometer.values, 0.1 * values, atol=1e-6)
 
 
+def test_names_that_are_not_known_are_told_where_the_accelerometer_is_missing(
+    tmp_path: Path,
+) -> None:
+    """As a ROS tool names them: ``tx ty tz`` are the accelerations."""
+    rng = np.random.default_rng(9)
+    values = rng.normal((0.0, 0.0, 9.8, 0.0, 0.0, 0.0, 30.0, 20.0, -30.0), 0.01, (400, 9))
+    path = write(tmp_path / "a.csv", values, "tx,ty,tz,wx,wy,wz,mx,my,mz")
+    options = RecordingOptions(rate=50.0, gyroscope_unit="rad/s")
+    readings = read_files([path], options, field_alone=True)
+    assert len(readings.accelerometer) == 0
+    assert any("tx, ty, tz are not used" in text for text in readings.warnings)
+
+
 def test_a_field_in_whole_numbers_beside_counts_is_in_counts(tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     values = np.round(rng.normal((0.0, 0.0, 16384.0, 200.0, -180.0, 150.0), 3.0, (400, 6)))
@@ -300,10 +313,28 @@ def test_files_with_different_sensors_become_one_recording(tmp_path: Path) -> No
         assert readings.gyroscope.rate == pytest.approx(1600.0, rel=1e-2)
 
 
-def test_two_files_with_the_same_sensor_are_refused(tmp_path: Path) -> None:
-    paths = [write(tmp_path / name, samples()) for name in ("a.csv", "b.csv")]
+def test_files_with_the_same_sensors_follow_one_another(tmp_path: Path) -> None:
+    """One file for each position, each with times from zero."""
+    turned = samples()
+    turned[:, 1:4] = turned[:, [3, 1, 2]]
+    first, second = write(tmp_path / "z.csv", samples()), write(tmp_path / "x.csv", turned)
+    readings = read_files([first, second])
+    assert readings.gyroscope is not None
+    assert len(readings) == 800
+    assert readings.gyroscope.time is readings.accelerometer.time
+    steps = np.diff(readings.accelerometer.time)
+    assert steps.min() > 0.0
+    assert steps.max() == pytest.approx(1.0)
+    assert readings.warnings == ()
+
+
+def test_a_sensor_in_two_of_different_files_is_refused(tmp_path: Path) -> None:
+    both = write(tmp_path / "a.csv", samples())
+    one = write(tmp_path / "b.csv", samples()[:, :4], ",".join(HEADER.split(",")[:4]))
     with pytest.raises(RecordingError, match="both hold the accelerometer"):
-        read_files(paths)
+        read_files([both, one])
+    with pytest.raises(RecordingError, match="the same samples as another file"):
+        read_files([both, both])
 
 
 def test_files_whose_times_do_not_meet_are_refused(tmp_path: Path) -> None:

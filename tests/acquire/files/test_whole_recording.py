@@ -1,0 +1,97 @@
+"""What all readings of a file show, but its first rows do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.recording_files import read_files
+from imucal_wizard.acquire.files.whole_recording import as_signed, without_jitter
+from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.readings import FloatArray
+from tests.acquire.files.lines import samples, write
+
+
+def _counts(rng: np.random.Generator) -> FloatArray:
+    """Counts of an accelerometer, 16,384 per g, and of a gyroscope, in two positions."""
+    up = np.repeat([[0.0, 300.0, 16384.0], [-16384.0, -40.0, 10.0]], 200, axis=0)
+    return np.round(np.hstack([up, np.zeros((400, 3))]) + rng.normal(0.0, 40.0, (400, 6)))
+
+
+@pytest.mark.parametrize("bits", [16, 32])
+def test_negative_counts_that_were_written_as_unsigned_ones_are_read(
+    tmp_path: Path, bits: int
+) -> None:
+    values = _counts(np.random.default_rng(3))
+    path = write(tmp_path / "a.csv", np.mod(values, 2**bits), "ax,ay,az,gx,gy,gz")
+    readings = read_files([path], RecordingOptions(rate=100.0))
+    assert readings.gyroscope is not None
+    np.testing.assert_array_equal(readings.accelerometer.values, values[:, :3])
+    np.testing.assert_array_equal(readings.gyroscope.values, values[:, 3:])
+    assert any("read as negative" in text for text in readings.warnings)
+    assert any("nominally 16384 per g" in text for text in readings.warnings)
+
+
+def test_counts_around_the_middle_of_their_range_keep_their_offset() -> None:
+    rng = np.random.default_rng(5)
+    values = np.round(32768.0 + rng.normal((0.0, 300.0, 4000.0), 40.0, (400, 3)))
+    assert as_signed(values) is None
+    assert as_signed(values - 32768.0) is None
+    assert as_signed(values / 3.0) is None
+
+
+def _arrived(even: FloatArray) -> FloatArray:
+    """Times of arrival over a bus that is asked every 5.12 ms."""
+    return np.ceil(even / 0.00512) * 0.00512 + 0.2
+
+
+def test_times_of_arrival_are_replaced_by_the_even_ones_they_jitter_about(tmp_path: Path) -> None:
+    even = np.delete(np.arange(3000) / 100.0, slice(1500, 1540))
+    values = samples(len(even))
+    values[:, 0] = _arrived(even)
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    own = readings.accelerometer.time
+    assert np.ptp(own - even) < 4e-4
+    assert np.abs(own - values[:, 0]).max() < 0.00512
+    assert any("jitter about even ones" in text for text in readings.warnings)
+    assert any("40 samples are missing in 1 gap" in text for text in readings.warnings)
+
+
+def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
+    once = samples(300, rate=50.0)
+    values = np.repeat(once, 4, axis=0)
+    values[:, 0] = np.arange(len(values)) / 200.0
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    assert readings.gyroscope is not None
+    assert readings.gyroscope.time is readings.accelerometer.time
+    np.testing.assert_allclose(readings.accelerometer.time, once[:, 0], atol=1e-9)
+    np.testing.assert_allclose(readings.gyroscope.values, once[:, 4:7], atol=1e-6)
+    (told,) = readings.warnings
+    assert "accelerometer and the gyroscope is repeated 4 times" in told
+
+
+def test_steps_that_vary_by_themselves_stay_as_they_are() -> None:
+    """A loop that takes its time: each sample is measured when it is."""
+    time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 3000))
+    assert without_jitter(time) is None
+    assert without_jitter(np.arange(3000) / 100.0) is None
+
+
+def test_samples_that_read_zero_on_all_axes_are_no_readings(tmp_path: Path) -> None:
+    """Two seconds at the end were filled up with zeros, which looks like a rest."""
+    values = samples()
+    values[200:, 1:7] = 0.0
+    filled = read_files([write(tmp_path / "a.csv", values)])
+    assert filled.gyroscope is not None
+    assert len(filled) == len(filled.gyroscope) == 200
+    assert filled.gyroscope.time is filled.accelerometer.time
+    assert any("200 samples of the accelerometer read exactly zero" in w for w in filled.warnings)
+
+
+def test_zeros_of_a_device_that_removes_gravity_are_what_it_sends(tmp_path: Path) -> None:
+    values = samples()
+    values[20:, 1:4] = 0.0
+    values[:20, 1:4] = 0.01
+    with pytest.raises(RecordingError, match="removed gravity"):
+        read_files([write(tmp_path / "a.csv", values)])
