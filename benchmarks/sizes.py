@@ -378,7 +378,7 @@ def study(
                 one.sizes[what] / own[one.place] for own, (*_, one) in zip(unit, found, strict=True)
             ]
             shown = np.isfinite(least)
-            if shown.any():
+            if shown.sum() > 1:  # one size has no centile
                 ends = np.array([one.uncertainty for _, one, _ in found])[shown]
                 each.append(Compared(what, np.array(told)[shown], np.array(least)[shown], ends))
         if each:
