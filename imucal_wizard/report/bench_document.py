@@ -145,6 +145,8 @@ def _suspects(suspects: Sequence[Suspect], opinion: Opinion | None) -> list[dict
 
 
 def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
+    missing = opinion is not None and opinion.verdict is Verdict.MISSING
+    named = {term for members in opinion.terms for term in members} if opinion and missing else set()
     closures = None if opinion is None else opinion.closures((one.term,))
     trial, candidate = one.trial, one.candidate
     sizes = np.zeros(0) if trial is None else trial.size
@@ -171,7 +173,7 @@ def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
         "nameable_by_parameter": [finite_or_none(value) for value in one.nameable],
         "sizes_at": None if one.sized is None else one.sized.variant,
         "seen_from": seen_from(one),
-        "told_apart": not one.like,
+        "told_apart": not one.like or not named.isdisjoint({one.term, *one.like}),
         "like": list(one.like),
         "log_odds": finite_or_none(one.log_odds),
         "gyroscope_closure": None if closures is None else [*map(finite_or_none, closures)],

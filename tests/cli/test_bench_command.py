@@ -118,6 +118,17 @@ def test_the_document_has_every_key_of_its_contract(plain: tuple[dict[str, Any],
         assert said["noise"][key] > 0.0
 
 
+def test_what_the_verdict_names_is_told_apart_from_what_is_like_it(
+    plain: tuple[dict[str, Any], str],
+) -> None:
+    said, _ = plain
+    assert said["verdict"] == "missing"
+    by_term = {one["term"]: one for one in said["suspects"]}
+    named = by_term["second-order"]
+    assert named["like"]
+    assert all(by_term[term]["told_apart"] for term in ("second-order", *named["like"]))
+
+
 def test_without_auto_nothing_is_added(plain: tuple[dict[str, Any], str]) -> None:
     said, _ = plain
     assert said["model"] == ["bias", "scale", "non-orthogonality"]
