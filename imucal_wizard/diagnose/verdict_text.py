@@ -530,7 +530,10 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     then = None if first is None or first.trial is None else first.trial.rms_held_out
     if first is None or now is None or then is None:
         return []
-    change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
+    before, after = quantity(now, unit), quantity(then, unit)
+    if before == after:
+        return [f"Adding {first.term} would leave the error on {out} left out at {before}."]
+    change = f"the error on {out} left out from {before} to {after}"
     if then < now:
         return [f"Adding {first.term} would bring {change}."]
     return [f"Adding {first.term} would raise {change}, so it is not added."]

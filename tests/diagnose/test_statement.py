@@ -17,7 +17,9 @@ from imucal_wizard.diagnose.survey import (
     diagnosis_of,
     insufficient,
 )
+from imucal_wizard.diagnose.suspects import EffectTrial
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
@@ -55,6 +57,21 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
         "falls from",
     ):
         assert words in text
+
+
+@pytest.mark.usefixtures("rough_sizes")
+def test_an_effect_that_leaves_the_error_as_it_is_would_bring_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A fall from 0.0919 to 0.0919 mg is none, whichever of the two is a little larger."""
+    (said,) = diagnose_benches(benches("second-order:5:x"), {}, automatic=False)
+    assert "would bring" in said.says
+    assert said.bench is not None
+    now = said.bench.fit.rms_held_out or 0.0
+    monkeypatch.setattr(EffectTrial, "rms_held_out", property(lambda _: (1.0 - 1e-6) * now))
+    text = verdict_text(said)
+    assert "would bring" not in text
+    assert "would leave the error" in text
 
 
 @pytest.mark.usefixtures("rough_sizes")
