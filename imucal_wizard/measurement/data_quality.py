@@ -33,6 +33,8 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
     MIN_GRAVITY,
+    MIN_MISSING_SHARE,
+    MIN_MISSING_STEP,
     MIN_POSITION_RATIO,
     MIN_RESTS,
     RESTART_GAP_SECONDS,
@@ -287,13 +289,17 @@ def _missing_samples(time: FloatArray) -> str:
             "the times jitter as if they were taken on arrival; let the device"
             " print its own time, or leave the column out and give the rate"
         )
-    # a time that was given twice makes a long step, too, in which nothing is missing
-    late = np.maximum(usual - steps[np.maximum(gaps - 1, 0)], 0.0)
-    real = steps[gaps] - late > MAX_STEP_RATIO * usual
-    if not real.any():
+    # a time that was given twice, or late, makes a long step, too, in which nothing is missing
+    near = np.append(steps, usual)
+    short = np.maximum(usual - np.maximum(near[gaps - 1], 0.0), 0.0)
+    short += np.maximum(usual - near[gaps + 1], 0.0)
+    real = steps[gaps] - short > MIN_MISSING_STEP * usual
+    if real.mean() < MIN_MISSING_SHARE:  # of many that are late some follow each other
+        nothing = "the" if real.any() else "nothing is missing, but the"
         return (
-            f"{plural(len(gaps), 'sample')} came with a time too early, the first at "
-            f"{time[gaps[0]] - time[0]:.6g} s: nothing is missing, but the device's clock is uneven"
+            f"{plural(len(gaps), 'sample')} came with a time too early or too late, the first at "
+            f"{time[gaps[0]] - time[0]:.6g} s: {nothing} times are uneven. Let the device print "
+            "its own time, or leave the column out and give the rate"
         )
     gaps, ratios = gaps[real], ratios[real]
     longest = gaps[np.argmax(steps[gaps])]

@@ -467,3 +467,21 @@ def test_a_gyroscope_in_holds_that_sway_is_not_called_dead() -> None:
         if one.gyroscope_covariance is not None
     ]
     assert silent_axes(holds, report.rotations) == ()
+
+
+def test_a_sample_that_comes_late_is_not_missing() -> None:
+    """The step after it is as much too short; of one that is missing both neighbours are usual."""
+    readings = session()
+    series = readings.accelerometer
+    rng = np.random.default_rng(0)
+    late = series.time + np.abs(rng.normal(0.0, 0.003, len(series))) * (
+        rng.random(len(series)) < 0.3
+    )
+    uneven = Series(np.maximum.accumulate(late), series.values, series.unit)
+    (said,) = check_recording(Readings(uneven))
+    assert "too early or too late" in said
+    assert "missing in" not in said
+    fewer = np.delete(np.arange(len(series)), [500, 900])
+    time = series.time[fewer]
+    (said,) = check_recording(Readings(Series(time, series.values[fewer], series.unit)))
+    assert "missing in 2 gaps" in said

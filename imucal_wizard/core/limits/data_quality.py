@@ -67,6 +67,11 @@ RESTART_GAP_SECONDS = 1.0
 """Gap inserted between two segments whose true distance in time is unknown; no hold spans it."""
 MAX_STEP_RATIO = 1.75
 """Sampling intervals; after a longer step, a sample is missing."""
+MIN_MISSING_STEP = 1.5
+"""Sampling intervals of a long step less what its neighbours are too short: one where a time is
+wrong, two or more where a sample is missing."""
+MIN_MISSING_SHARE = 0.2
+"""Share of the long steps in which a sample is missing; below it, they are those of late times."""
 MAX_JITTER_SHARE = 0.05
 """Share of long steps; above it, uneven steps are jitter of the clock and not lost samples."""
 MAX_UNEVEN_PART, MAX_BURST_RATIO = 0.1, 5.0
