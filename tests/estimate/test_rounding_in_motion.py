@@ -39,21 +39,19 @@ def _sessions(step: float, sessions: int) -> list[tuple[FloatArray, ...]]:
 
 
 @pytest.mark.parametrize("step", [0.25, 0.5, 1.0])
-def test_a_rotation_has_the_error_of_the_rests_for_as_long_as_it_is_said_to_rest(
-    step: float,
-) -> None:
-    """By the slope of the errors of 2,000 rotations over what they are said to share; to 15 %."""
+def test_rotations_err_by_rounding_as_said(step: float) -> None:
+    """A rotation has the error of the rests for as long as it is said to rest.
+
+    To 15 %, by the slope of the errors of 2,000 rotations over what they are said to share. What
+    is left on the fastest axis in the sense of its rotations has the variance that is said, to a
+    factor of two: its sum over a session is an error of the scale.
+    """
     found = _sessions(step, 100)
     error, shared = (np.concatenate([one[k] for one in found]) for k in (0, 1))
     slope = float((error * shared).sum() / (shared**2).sum())
     assert slope == pytest.approx(1.0, abs=0.15)
-
-
-@pytest.mark.parametrize("step", [0.25, 0.5, 1.0])
-def test_the_fastest_axis_errs_in_the_sense_of_its_rotations_as_said(step: float) -> None:
-    """The sum over a session, which a scale has; its variance to a factor of two."""
     left, said = [], []
-    for error, shared, begun, variance in _sessions(step, 100):
+    for error, shared, begun, variance in found:
         sense = np.where(begun[:, 0] < 0.0, -1.0, 1.0)
         left.append(((error - shared)[:, 0] * sense).sum())
         said.append(variance[:, 0].sum() + np.abs(begun[:, 0]).sum() ** 2 / 12.0)
