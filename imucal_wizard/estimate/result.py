@@ -363,10 +363,6 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
     )
 
 
-RESTS_LEFT_OUT = "so they are not used"
-"""What is said of rests in which the gyroscope reads another mean than in the holds."""
-
-
 @dataclass(frozen=True, eq=False)
 class FitReport:
     """Everything a fit found; the result screen, the JSON and the saved file all show this.
@@ -383,6 +379,8 @@ class FitReport:
         warnings: what the user must know.
         outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
             words. A verdict, which weighs every other explanation too, replaces them.
+        rests_left_out: what is said of rests in which a sensor reads another mean than in the
+            holds, by sensor; it is one of the warnings, too.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: alignment and clocks of the sensors, or None.
     """
@@ -398,17 +396,13 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
+    rests_left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def on_table(self) -> bool:
         """Whether a rate table calibrated the gyroscope, which needs no accelerometer."""
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
-
-    def rests_left_out(self, sensor: str) -> str:
-        """What is said of rests in which this sensor reads another mean; "" without such."""
-        mean = f"the {sensor}'s mean"
-        return next((one for one in self.warnings if mean in one and RESTS_LEFT_OUT in one), "")
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""

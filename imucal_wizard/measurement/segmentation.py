@@ -485,7 +485,7 @@ def _problem(part: Series, interval: float, start: float, end: float) -> str | N
     gap = largest_gap(part.time, start, end)
     if gap > MAX_SAMPLE_INTERVALS * interval:
         restarted = np.isclose(gap, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
-        why = "the device restarted in it" if restarted else f"a gap of {gap:.2f} s"
+        why = "the recording was interrupted in it" if restarted else f"a gap of {gap:.2f} s"
         return f"{why}: the angle in it is not known"
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"

@@ -33,9 +33,10 @@ _MIN_JITTER = 0.05
 """Jitter of the steps in sampling intervals below which it does not matter."""
 _MAX_WANDER = 0.3
 """Growth of the deviation from even times in that many samples, over that of independent steps."""
-_MAX_SILENT_SHARE = 0.5
+_MAX_SILENT_SHARE = {"accelerometer": 0.5, _FIELD: 1.0}
 """Share of samples that are zero on all axes above which they are what the device sends: one that
-removes gravity sends zero at rest."""
+removes gravity sends zero at rest. Nothing removes the field, and a file with a line for each
+measurement of a faster sensor may be filled up with zeros to any share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +99,8 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
     if all(even is None for even in found.values()):
         return samples
     note = (
-        "the times jitter about even ones, as if they were taken on arrival: the even ones are used"
+        "the times jitter about even ones, as if they were rounded or taken on arrival: the even "
+        "ones are used"
     )
     return FileSamples(series, (*samples.warnings, note))
 
@@ -160,10 +162,12 @@ def _running_mean(values: FloatArray) -> FloatArray:
 def _answered(samples: FileSamples) -> FileSamples:
     """Without samples that are zero on all axes: gravity and the Earth's field never are."""
     series, notes = dict(samples.series), []
-    for name in ("accelerometer", _FIELD):
+    for name, most in _MAX_SILENT_SHARE.items():
         one = series.get(name)
         silent = None if one is None else true_on_all_axes(one.values == 0.0)
-        if one is None or silent is None or not 0.0 < silent.mean() <= _MAX_SILENT_SHARE:
+        if one is None or silent is None or not silent.any() or silent.all():
+            continue
+        if silent.mean() > most:
             continue
         time = one.time[~silent]  # one array for all sensors that are read together
         for other, beside in series.items():

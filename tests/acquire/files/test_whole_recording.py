@@ -89,6 +89,23 @@ def test_samples_that_read_zero_on_all_axes_are_no_readings(tmp_path: Path) -> N
     assert any("200 samples of the accelerometer read exactly zero" in w for w in filled.warnings)
 
 
+def test_zeros_between_the_readings_of_a_slower_magnetometer_are_no_readings(
+    tmp_path: Path,
+) -> None:
+    """Nine lines of ten have no new field, and the logger writes zeros."""
+    rng = np.random.default_rng(7)
+    field = rng.normal((20.0, -10.0, -40.0), 0.3, (400, 3))
+    field[np.arange(400) % 10 != 0] = 0.0
+    values = np.hstack([samples()[:, :4], field])
+    path = write(tmp_path / "a.csv", values, "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],mx,my,mz")
+    readings = read_files([path])
+    assert readings.magnetometer is not None
+    assert readings.magnetometer.unit == "uT"
+    assert readings.magnetometer.rate == pytest.approx(10.0)
+    assert len(readings) == 400
+    assert any("360 samples of the magnetometer read exactly zero" in w for w in readings.warnings)
+
+
 def test_zeros_of_a_device_that_removes_gravity_are_what_it_sends(tmp_path: Path) -> None:
     values = samples()
     values[20:, 1:4] = 0.0
