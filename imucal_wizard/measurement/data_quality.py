@@ -35,11 +35,10 @@ from imucal_wizard.core.limits.data_quality import (
     MIN_GRAVITY,
     MIN_POSITION_RATIO,
     MIN_RESTS,
-    RESTART_GAP_SECONDS,
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
+from imucal_wizard.core.readings import FloatArray, Readings, Series, across_restarts, distinct
 from imucal_wizard.core.statistics import (
     lengths,
     median,
@@ -274,9 +273,8 @@ def _missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
     usual = median(steps) if len(steps) else 0.0
-    # the loss at a restart is unknown
-    restarts = np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
-    gaps = np.flatnonzero((usual > 0.0) & (steps > MAX_STEP_RATIO * usual) & ~restarts)
+    long = (usual > 0.0) & (steps > MAX_STEP_RATIO * usual)
+    gaps = np.flatnonzero(long & ~across_restarts(steps))  # the loss at a restart is unknown
     if not len(gaps):
         return ""
     ratios = steps[gaps] / usual

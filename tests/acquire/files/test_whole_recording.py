@@ -58,6 +58,27 @@ def test_times_of_arrival_are_replaced_by_the_even_ones_they_jitter_about(tmp_pa
     assert any("40 samples are missing in 1 gap" in text for text in readings.warnings)
 
 
+def test_lost_samples_do_not_shift_the_even_times_of_the_others(tmp_path: Path) -> None:
+    """With a jitter by ±0.15 intervals, the step over a lost sample may be 1.7 intervals."""
+    rng = np.random.default_rng(8)
+    even = np.arange(6000)[rng.random(6000) > 0.05] / 100.0
+    values = samples(len(even))
+    values[:, 0] = even + rng.uniform(0.0, 0.003, len(even))
+    own = read_files([write(tmp_path / "a.csv", values)]).accelerometer.time
+    assert np.ptp(own - even) < 5e-4
+
+
+def test_a_restart_stays_a_restart_where_the_times_jitter(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    values = samples(1200)
+    values[:, 0] = np.concatenate([np.arange(600), np.arange(600)]) / 100.0
+    values[:, 0] += rng.uniform(0.0, 0.003, 1200)
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    assert np.diff(readings.accelerometer.time).max() == pytest.approx(1.0, abs=1e-9)
+    assert any("jitter about even ones" in text for text in readings.warnings)
+    assert not any("missing" in text for text in readings.warnings)
+
+
 def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
     once = samples(300, rate=50.0)
     values = np.repeat(once, 4, axis=0)
@@ -73,8 +94,9 @@ def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
 
 def test_steps_that_vary_by_themselves_stay_as_they_are() -> None:
     """A loop that takes its time: each sample is measured when it is."""
-    time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 3000))
-    assert without_jitter(time) is None
+    for half in (0.001, 0.002, 0.005):
+        time = np.cumsum(np.random.default_rng(2).uniform(0.01 - half, 0.01 + half, 3000))
+        assert without_jitter(time) is None
     assert without_jitter(np.arange(3000) / 100.0) is None
 
 
