@@ -148,17 +148,17 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
-    left_out = "" if options.rates or options.turns else _apart(apart, holds, readings)
+    note = "" if options.rates or options.turns else _apart(apart, holds, readings)
     warnings = (
         *readings.warnings,
-        *([left_out] if left_out else []),
+        *([note] if note else []),
         *axes_without_noise(holds, steps[0]),
         *rounding_warnings(holds, steps, _in_steps(readings, units)),
     )
     report = fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
-    return replace(report, rests_left_out={"gyroscope": left_out} if left_out else {})
+    return replace(report, rests_left_out={"gyroscope": note} if note else {})
 
 
 def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:

@@ -132,6 +132,17 @@ def worse_than_none(
     )
 
 
+def impossible_scale(matrix: FloatArray) -> float | None:
+    """The scale (true over read) of an axis that no sensor has, the worst one; None without such.
+
+    Args:
+        matrix: M, of readings in the unit of the input, shape (3, 3).
+    """
+    sizes = np.linalg.norm(matrix, axis=0)
+    far = np.abs(np.log(np.maximum(sizes, np.finfo(float).tiny)))
+    return float(sizes[far.argmax()]) if far.max() > FAR else None
+
+
 def unchecked_scale(
     unit: str, bias_unit: str, matrix: FloatArray, freedom: int | None, held_out: float | None
 ) -> str:
@@ -149,9 +160,8 @@ def unchecked_scale(
     """
     if unit != "rad" or bias_unit == COUNT or freedom or held_out is not None:
         return ""
-    sizes = np.linalg.norm(matrix, axis=0)
-    worst = float(sizes[np.abs(np.log(np.maximum(sizes, 1e-300))).argmax()])
-    if abs(math.log(max(worst, 1e-300))) <= FAR:
+    worst = impossible_scale(matrix)
+    if worst is None:
         return ""
     return (
         f"no rotation is left to check the gyroscope's fit, which gives a scale of {worst:.3g} "
