@@ -15,19 +15,17 @@ from imucal_wizard.acquire.column_guess import (
     guess_accelerometer_unit,
     guess_magnetometer_unit,
 )
-from imucal_wizard.core.gravity import are_whole_numbers
 from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO, RESTART_GAP_SECONDS
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import ComplexArray, FloatArray, Series, across_restarts
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
+from imucal_wizard.measurement.data_quality import as_signed
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
-_WORD_BITS = (16, 24, 32)
-"""Lengths of the whole numbers that sensors send."""
 _JITTER_SAMPLES = 100
 """Samples over which a jitter averages to nothing, and times that wander have wandered off."""
 _MIN_JITTER = 0.05
@@ -218,26 +216,6 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
             f"for {is_meant:.0f}: they are read as negative"
         )
     return FileSamples(series, tuple(warnings))
-
-
-def as_signed(values: FloatArray) -> FloatArray | None:
-    """The readings with negative numbers if those were written as unsigned ones, otherwise None.
-
-    A reading that passes through zero then jumps by the whole range of the number. Of the two
-    meanings that one is right which changes less from sample to sample: counts with an offset pass
-    through the middle of the range, and would jump there if they were read as signed.
-
-    Args:
-        values: counts, shape (n, 3).
-    """
-    if len(values) < 2 or not are_whole_numbers(values) or values.min() < 0:
-        return None
-    bits = next((n for n in _WORD_BITS if values.max() < 2.0**n), None)
-    if bits is None:
-        return None
-    meant = np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values)
-    less = np.abs(np.diff(meant, axis=0)).sum() < np.abs(np.diff(values, axis=0)).sum()
-    return meant if less else None
 
 
 def _in_unit_of_field(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:

@@ -7,9 +7,10 @@ import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
-from imucal_wizard.acquire.files.whole_recording import as_signed, without_jitter
+from imucal_wizard.acquire.files.whole_recording import without_jitter
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.measurement.data_quality import as_signed
 from tests.acquire.files.lines import samples, write
 
 
