@@ -88,8 +88,8 @@ def read_files(
             f"give ACC.mat GYRO.mat in this order"
         )
     files = [_one(path, options, i) for i, path in enumerate(paths)]
-    kinds = {frozenset(one.series) for one in files}
-    if len(files) > 1 and len(kinds) == 1 and files[0].series:
+    kinds = {frozenset(one.series) - set(_BESIDE) for one in files}
+    if len(files) > 1 and len(kinds) == 1 and any(kinds):
         paths, files = _in_order_of_date(paths, files)
         files = _one_after_another(paths, files)
     series, warnings = _merged(paths, files)
@@ -467,7 +467,7 @@ def _merged(
             if sensor in series:
                 raise RecordingError(
                     f"{source[sensor]} and {path} both hold the {sensor}; of files given together "
-                    "either all hold the same columns or each holds other sensors, so give these "
+                    "either all hold the same sensors or each holds other ones, so give these "
                     "one at a time"
                 )
             series[sensor], source[sensor] = found, path
@@ -505,7 +505,7 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
         RecordingError: a sensor has different units in them, or two of them are the same.
     """
     joined: dict[str, list[Series]] = {}
-    main = joined.setdefault(next(iter(files[0].series)), [])
+    main = joined.setdefault(next(name for name in files[0].series if name not in _BESIDE), [])
     origin = 0.0
     for path, one in zip(paths, files, strict=True):
         first = min(float(series.time[0]) for series in one.series.values())
@@ -524,7 +524,9 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
     whole: dict[str, Series] = {}
     time = np.concatenate([part.time for part in main])
     for name, parts in joined.items():
-        at_once = all(a.time is b.time for a, b in zip(parts, main, strict=True))
+        at_once = len(parts) == len(main) and all(
+            a.time is b.time for a, b in zip(parts, main, strict=True)
+        )
         found = join_series(parts, time if at_once else None)
         if found is not None:
             whole[name] = found

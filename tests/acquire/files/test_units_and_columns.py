@@ -348,6 +348,18 @@ def test_files_of_the_same_sensors_with_dates_follow_one_another_by_them(tmp_pat
     assert readings.accelerometer.values[-1, 0] > 9.0
 
 
+def test_files_of_the_same_sensors_may_differ_in_what_is_beside_them(tmp_path: Path) -> None:
+    bare = samples()[:, :7]
+    bare[:, 1:4] = bare[:, [3, 1, 2]]
+    paths = [
+        write(tmp_path / "a.csv", samples()),
+        write(tmp_path / "b.csv", bare, HEADER.rpartition(",")[0]),
+    ]
+    readings = read_files(paths)
+    assert readings.temperature is not None
+    assert (len(readings), len(readings.temperature)) == (800, 400)
+
+
 def test_two_devices_that_recorded_at_once_are_no_session(tmp_path: Path) -> None:
     one, other = samples(), samples()
     one[:, 0] += 1.7e9
