@@ -7,10 +7,12 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 A = TypeVar("A", FloatArray, IntArray)
@@ -19,6 +21,11 @@ MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
 MAX_READING = 1e100
 """Larger numbers are not readings: their square would overflow."""
+
+
+def across_restarts(steps: FloatArray) -> BoolArray:
+    """Which steps of time, s, stand for an interruption of unknown length, shape (n,)."""
+    return np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
 
 
 def distinct(values: A) -> A:

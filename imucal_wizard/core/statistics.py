@@ -86,6 +86,24 @@ def lengths(vectors: "FloatArray") -> "FloatArray":
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
+def sphere_through(points: "FloatArray") -> "tuple[FloatArray, float] | None":
+    """Centre and squared radius of the sphere nearest to points, by linear least squares.
+
+    ``|z|² = 2 z·b + (r² − |b|²)`` is linear in b and the last bracket.
+
+    Args:
+        points: of the order of one, shape (n, 3).
+
+    Returns:
+        None where the points lie in a plane or do not bend like a sphere.
+    """
+    columns = np.column_stack([2.0 * points, np.ones(len(points))])
+    solution, _, rank, _ = np.linalg.lstsq(columns, (points**2).sum(axis=1), rcond=1e-6)
+    centre = solution[:3]
+    square = float(solution[3] + centre @ centre)
+    return None if rank < 4 or square <= 0.0 else (np.asarray(centre), square)
+
+
 def sphere_centre(points: "FloatArray") -> "FloatArray | None":
     """Centre of the sphere through points, shape (3,); None where they lie on none or hide it.
 
@@ -96,8 +114,11 @@ def sphere_centre(points: "FloatArray") -> "FloatArray | None":
     spread = np.linalg.eigvalsh(offsets.T @ offsets)
     if len(points) < MIN_SPHERE_POINTS or not spread[0] > MIN_SPHERE_THICKNESS**2 * spread[-1]:
         return None
-    columns = np.column_stack([2.0 * points, np.ones(len(points))])
-    centre = np.asarray(np.linalg.lstsq(columns, (points**2).sum(axis=1))[0][:3])
+    size = float(np.abs(points).max())
+    found = sphere_through(points / size)
+    if found is None:
+        return None
+    centre = size * found[0]
     distances = lengths(points - centre)
     return centre if distances.std() < MAX_SPHERE_SCATTER * distances.mean() else None
 

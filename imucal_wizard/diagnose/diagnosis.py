@@ -98,7 +98,7 @@ class Diagnosis:
         """What is said of rests in which the sensor reads another mean, if it does not repeat."""
         if self.report is None or self.verdict is not Verdict.NOT_REPEATABLE:
             return ""
-        return self.report.rests_left_out(self.sensor)
+        return self.report.rests_left_out.get(self.sensor, "")
 
     @property
     def suspects(self) -> tuple[Suspect, ...]:

@@ -5,11 +5,9 @@ from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 
-import numpy as np
-
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.input import read_document
-from imucal_wizard.core.limits.use import FAR, LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
+from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import (
@@ -21,7 +19,12 @@ from imucal_wizard.core.units import (
 )
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.result import FitReport, SensorFit, beyond_limit
+from imucal_wizard.estimate.result import (
+    FitReport,
+    SensorFit,
+    beyond_limit,
+    impossible_scale,
+)
 
 Limits = Mapping[str, float]
 """The limit of use of each sensor, in the unit of its errors: m/s², rad, µT."""
@@ -128,9 +131,13 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return "it reads another mean in rests that are left out"
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
-    scale = float(np.linalg.norm(fit.matrix) / np.sqrt(3.0))
-    if fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT and abs(np.log(scale)) > FAR:
-        return f"no sensor has its scale, {number(scale)}: a unit, range or sampling rate is wrong"
+    known = fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT
+    scale = impossible_scale(fit.matrix) if known else None
+    if scale is not None:
+        return (
+            f"no sensor has its scale, {number(scale)}: a column, unit, range or sampling rate is "
+            "wrong"
+        )
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
     if diagnosis.by_method and diagnosis.bench is not None:
         best = diagnosis.bench.fit

@@ -189,7 +189,7 @@ def diagnosis_of(
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)
-    if verdict is Verdict.COMPLETE and benches.report.rests_left_out(bench.sensor):
+    if verdict is Verdict.COMPLETE and bench.sensor in benches.report.rests_left_out:
         # of what does not repeat the holds show only the part that does
         verdict = Verdict.NOT_REPEATABLE
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())

@@ -10,6 +10,7 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import sphere_through
 
 TRIANGLE = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 """Places of the six entries of a triangular or symmetric matrix, in the order of the parameters."""
@@ -93,21 +94,16 @@ def residuals(theta: FloatArray, points: FloatArray) -> FloatArray:
 def sphere(problem: Problem) -> FloatArray:
     """Parameters of the sphere nearest to the points, by linear least squares, shape (9,).
 
-    ``|z|² = 2 z·b + (r² − |b|²)`` is linear in b and the last bracket.
-
     Raises:
         DataError: the points lie in a plane or do not bend like a sphere.
     """
-    points = problem.points
-    columns = np.column_stack([2.0 * points, np.ones(len(points))])
-    solution, _, rank, _ = np.linalg.lstsq(columns, (points**2).sum(axis=1), rcond=1e-6)
-    centre = solution[:3]
-    square = float(solution[3] + centre @ centre)
-    if rank < 4 or square <= 0.0:
+    found = sphere_through(problem.points)
+    if found is None:
         raise DataError(
             "the still positions do not surround the sensor: their readings lie in one plane. "
             "Hold the device still with each of its six faces up"
         )
+    centre, square = found
     theta = np.zeros(9)
     theta[:3] = centre
     theta[[3, 6, 8]] = 1.0 / np.sqrt(square)

@@ -30,7 +30,7 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyrosco
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
-from imucal_wizard.estimate.result import RESTS_LEFT_OUT, FitReport, SensorFit
+from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.data_quality import inertial_sensors
@@ -148,15 +148,17 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
+    note = "" if options.rates or options.turns else _apart(apart, holds, readings)
     warnings = (
         *readings.warnings,
-        *([] if options.rates or options.turns else _apart(apart, holds, readings)),
+        *([note] if note else []),
         *axes_without_noise(holds, steps[0]),
         *rounding_warnings(holds, steps, _in_steps(readings, units)),
     )
-    return fit_holds(
+    report = fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+    return replace(report, rests_left_out={"gyroscope": note} if note else {})
 
 
 def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
@@ -168,27 +170,24 @@ def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
     }
 
 
-def _apart(
-    rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings
-) -> list[str]:
-    """Warning about rests that are no holds because the gyroscope reads another mean there."""
+def _apart(rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings) -> str:
+    """Warning about rests in which the gyroscope reads another mean than in the holds, or ""."""
     gyroscope, known = readings.gyroscope, [one.gyroscope for one in holds]
     usual = [one for one in known if one is not None]
     if not rests or gyroscope is None or not usual:
-        return []
+        return ""
     parts = [gyroscope.between(start, end).values for start, end in rests]
     means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
     if not len(means):
-        return []
+        return ""
     most = float(np.abs(means - np.median(usual, axis=0)).max())
     count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
     first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
-    note = (
+    return (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
-        f"off the mean in the holds, {RESTS_LEFT_OUT}: its bias jumped or drifted, the sensor "
+        "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
         "was exchanged, or the device turned slowly, in the hand or on something that turns"
     )
-    return [note]
 
 
 def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:

@@ -132,6 +132,17 @@ def worse_than_none(
     )
 
 
+def impossible_scale(matrix: FloatArray) -> float | None:
+    """The scale (true over read) of an axis that no sensor has, the worst one; None without such.
+
+    Args:
+        matrix: M, of readings in the unit of the input, shape (3, 3).
+    """
+    sizes = np.linalg.norm(matrix, axis=0)
+    far = np.abs(np.log(np.maximum(sizes, np.finfo(float).tiny)))
+    return float(sizes[far.argmax()]) if far.max() > FAR else None
+
+
 def unchecked_scale(
     unit: str, bias_unit: str, matrix: FloatArray, freedom: int | None, held_out: float | None
 ) -> str:
@@ -149,9 +160,8 @@ def unchecked_scale(
     """
     if unit != "rad" or bias_unit == COUNT or freedom or held_out is not None:
         return ""
-    sizes = np.linalg.norm(matrix, axis=0)
-    worst = float(sizes[np.abs(np.log(np.maximum(sizes, 1e-300))).argmax()])
-    if abs(math.log(max(worst, 1e-300))) <= FAR:
+    worst = impossible_scale(matrix)
+    if worst is None:
         return ""
     return (
         f"no rotation is left to check the gyroscope's fit, which gives a scale of {worst:.3g} "
@@ -363,10 +373,6 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
     )
 
 
-RESTS_LEFT_OUT = "so they are not used"
-"""What is said of rests in which the gyroscope reads another mean than in the holds."""
-
-
 @dataclass(frozen=True, eq=False)
 class FitReport:
     """Everything a fit found; the result screen, the JSON and the saved file all show this.
@@ -383,6 +389,8 @@ class FitReport:
         warnings: what the user must know.
         outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
             words. A verdict, which weighs every other explanation too, replaces them.
+        rests_left_out: what is said of rests in which a sensor reads another mean than in the
+            holds, by sensor; it is one of the warnings, too.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: alignment and clocks of the sensors, or None.
     """
@@ -398,17 +406,13 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
+    rests_left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def on_table(self) -> bool:
         """Whether a rate table calibrated the gyroscope, which needs no accelerometer."""
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
-
-    def rests_left_out(self, sensor: str) -> str:
-        """What is said of rests in which this sensor reads another mean; "" without such."""
-        mean = f"the {sensor}'s mean"
-        return next((one for one in self.warnings if mean in one and RESTS_LEFT_OUT in one), "")
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""

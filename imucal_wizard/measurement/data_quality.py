@@ -11,6 +11,7 @@ from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.gravity import (
     UNITS_BY_SIZE,
     acceleration_unit,
+    are_whole_numbers,
     median_magnitude,
     unit_of_gravity,
 )
@@ -37,11 +38,10 @@ from imucal_wizard.core.limits.data_quality import (
     MIN_MISSING_STEP,
     MIN_POSITION_RATIO,
     MIN_RESTS,
-    RESTART_GAP_SECONDS,
 )
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray, Readings, Series, distinct
+from imucal_wizard.core.readings import FloatArray, Readings, Series, across_restarts, distinct
 from imucal_wizard.core.statistics import (
     lengths,
     median,
@@ -54,6 +54,8 @@ from imucal_wizard.measurement import clipping
 SAME_STEP = 0.01
 """Relative difference of a step from a decimal fraction of a unit, up to which digits may make it:
 the steps of converters are halves of halves of a range, 2.4 % from 1 mg at the nearest."""
+_WORD_BITS = (16, 24, 32)
+"""Lengths of the whole numbers that sensors send."""
 _STEPS_FROM = 5000
 """Samples from which the smallest step is determined."""
 
@@ -259,7 +261,38 @@ def _feels_gravity(series: Series | None) -> bool:
     return near and float(np.std(sizes)) < 0.05 * size
 
 
-READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate)
+def as_signed(values: FloatArray) -> FloatArray | None:
+    """The readings with negative numbers if those were written as unsigned ones, otherwise None.
+
+    A reading that passes through zero then jumps by the whole range of the number. Of the two
+    meanings that one is right which changes less from sample to sample: counts with an offset pass
+    through the middle of the range, and would jump there if they were read as signed.
+
+    Args:
+        values: counts, shape (n, 3).
+    """
+    if len(values) < 2 or not are_whole_numbers(values) or values.min() < 0:
+        return None
+    bits = next((n for n in _WORD_BITS if values.max() < 2.0**n), None)
+    if bits is None:
+        return None
+    meant = np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values)
+    less = np.abs(np.diff(meant, axis=0)).sum() < np.abs(np.diff(values, axis=0)).sum()
+    return meant if less else None
+
+
+def _unsigned_counts(readings: Readings) -> str:
+    """Warning about negative counts that were sent as unsigned numbers."""
+    for sensor, series in inertial_sensors(readings):
+        if series.unit == COUNT and as_signed(series.values) is not None:
+            return (
+                f"The {sensor} sends negative readings as unsigned numbers, which are read as "
+                "large ones: let the device send them as signed numbers (Arduino: int16_t)."
+            )
+    return ""
+
+
+READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, _unsigned_counts)
 """Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 
@@ -276,9 +309,8 @@ def _missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
     usual = median(steps) if len(steps) else 0.0
-    # the loss at a restart is unknown
-    restarts = np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
-    gaps = np.flatnonzero((usual > 0.0) & (steps > MAX_STEP_RATIO * usual) & ~restarts)
+    long = (usual > 0.0) & (steps > MAX_STEP_RATIO * usual)
+    gaps = np.flatnonzero(long & ~across_restarts(steps))  # the loss at a restart is unknown
     if not len(gaps):
         return ""
     ratios = steps[gaps] / usual

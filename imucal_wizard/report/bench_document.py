@@ -145,8 +145,9 @@ def _suspects(suspects: Sequence[Suspect], opinion: Opinion | None) -> list[dict
 
 
 def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
-    missing = opinion is not None and opinion.verdict is Verdict.MISSING
-    named = set().union(*opinion.terms) if opinion is not None and missing else set()
+    named: set[str] = set()
+    if opinion is not None and opinion.verdict is Verdict.MISSING:
+        named = {term for members in opinion.terms for term in members}
     closures = None if opinion is None else opinion.closures((one.term,))
     trial, candidate = one.trial, one.candidate
     sizes = np.zeros(0) if trial is None else trial.size

@@ -133,3 +133,15 @@ def test_exchanged_columns_are_named_as_such() -> None:
         values[:, 1:7] = values[:, [4, 5, 6, 1, 2, 3]]
 
     assert "they are exchanged" in warned(spoilt(exchange))
+
+
+def test_counts_whose_signs_were_lost_are_named() -> None:
+    """The x and y axes and the rates are near zero, and half of their readings below."""
+    values = at_rest(1000)
+    values[:, 1:4] = np.round(values[:, 1:4] * 1670.0) - np.round([167.0, -334.0, 0.0])
+    values[:, 4:7] = np.round(values[:, 4:7] * 900.0) - 9.0
+    header = b"t[s],ax[count],ay[count],az[count],gx[count],gy[count],gz[count],temp[degC]\r\n"
+    words = "accelerometer sends negative readings as unsigned numbers"
+    assert words not in warned(values, header)
+    values[:, 1:7] = np.mod(values[:, 1:7], 2**16)
+    assert words in warned(values, header)

@@ -135,14 +135,15 @@ def test_rotations_that_only_just_determine_an_absurd_scale_are_not_usable(
     assert not unchecked_scale("rad", unit, matrix, freedom, 0.001)
 
 
-def test_a_scale_that_no_sensor_has_is_never_good() -> None:
+@pytest.mark.parametrize("factors", [(0.0101, 0.0101, 0.0101), (1.0, 1.5, 1.0)])
+def test_a_scale_that_no_sensor_has_is_never_good(factors: tuple[float, ...]) -> None:
     """The fit is perfect and applies to readings of another unit or to other times."""
     known = report()
     fit = known.sensors["gyroscope"]
-    wrong = replace(fit, matrix=0.0101 * fit.matrix)
+    wrong = replace(fit, matrix=fit.matrix * factors)
     one = graded(replace(known, sensors={"gyroscope": wrong}), GOOD)["gyroscope"]
     assert one.grade is Grade.DOUBTFUL
-    assert "a unit, range or sampling rate is wrong" in one.why
+    assert "unit, range or sampling rate is wrong" in one.why
     counts = replace(wrong, bias_unit="count")
     found = graded(replace(known, sensors={"gyroscope": counts}), GOOD)["gyroscope"]
     assert found.grade is Grade.GOOD

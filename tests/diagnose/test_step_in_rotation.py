@@ -10,7 +10,6 @@ from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.survey import diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_readings
-from imucal_wizard.estimate.result import RESTS_LEFT_OUT
 from tests.diagnose.recordings import fitted
 
 
@@ -35,8 +34,8 @@ def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
 def test_rests_that_are_left_out_make_no_complete_model() -> None:
     """What is left repeats; the rests that are left out say that the sensor does not."""
     report, readings = fitted(rotations=2)
-    rests = "in 9 rests of the accelerometer the gyroscope's mean is up to 9.0 °/s off, "
-    told = replace(report, warnings=(f"{rests}{RESTS_LEFT_OUT}: its bias jumped or drifted",))
+    rests = "in 9 rests the gyroscope's mean is up to 9.0 °/s off: its bias jumped or drifted"
+    told = replace(report, rests_left_out={"gyroscope": rests})
     benches = Benches(told, readings)
     bench = benches.bench("gyroscope")
     assert bench is not None

@@ -7,7 +7,7 @@ no arrival times, its first line is complete, and no questions can be asked.
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -88,8 +88,9 @@ def read_files(
             f"give ACC.mat GYRO.mat in this order"
         )
     files = [_one(path, options, i) for i, path in enumerate(paths)]
-    kinds = {frozenset(one.series) for one in files}
-    if len(files) > 1 and len(kinds) == 1 and files[0].series:
+    kinds = {frozenset(one.series) - set(_BESIDE) for one in files}
+    if len(files) > 1 and len(kinds) == 1 and any(kinds):
+        paths, files = _in_order_of_date(paths, files)
         files = _one_after_another(paths, files)
     series, warnings = _merged(paths, files)
     series = _from_beginning(series)
@@ -465,11 +466,36 @@ def _merged(
                 continue
             if sensor in series:
                 raise RecordingError(
-                    f"{source[sensor]} and {path} both hold the {sensor}; files given together"
-                    " hold different sensors of one session, so give these one at a time"
+                    f"{source[sensor]} and {path} both hold the {sensor}; of files given together "
+                    "either all hold the same sensors or each holds other ones, so give these "
+                    "one at a time"
                 )
             series[sensor], source[sensor] = found, path
     return series, warnings
+
+
+def _in_order_of_date(
+    paths: Sequence[Path], files: Sequence[FileSamples]
+) -> tuple[list[Path], list[FileSamples]]:
+    """Files with the same sensors in the order in which they were recorded, if their times tell it.
+
+    Raises:
+        RecordingError: by their times, two of them were recorded at once.
+    """
+    known = []
+    for path, one in zip(paths, files, strict=True):
+        times = [series.time for series in one.series.values()]
+        ends = min(float(time[0]) for time in times), max(float(time[-1]) for time in times)
+        known.append((ends, path, one))
+    if all(start >= MIN_DATE_SECONDS for (start, _), _, _ in known):  # else each may count from 0
+        known.sort(key=lambda one: one[0])
+        for ((_, end), path, _), ((start, _), other, _) in pairwise(known):
+            if start < end:
+                raise RecordingError(
+                    f"by their times, {path} and {other} were recorded at once, with the same "
+                    "sensors: they are of two devices, so give them one at a time"
+                )
+    return [path for _, path, _ in known], [one for _, _, one in known]
 
 
 def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> list[FileSamples]:
@@ -479,7 +505,7 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
         RecordingError: a sensor has different units in them, or two of them are the same.
     """
     joined: dict[str, list[Series]] = {}
-    main = joined.setdefault(next(iter(files[0].series)), [])
+    main = joined.setdefault(next(name for name in files[0].series if name not in _BESIDE), [])
     origin = 0.0
     for path, one in zip(paths, files, strict=True):
         first = min(float(series.time[0]) for series in one.series.values())
@@ -498,7 +524,9 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
     whole: dict[str, Series] = {}
     time = np.concatenate([part.time for part in main])
     for name, parts in joined.items():
-        at_once = all(a.time is b.time for a, b in zip(parts, main, strict=True))
+        at_once = len(parts) == len(main) and all(
+            a.time is b.time for a, b in zip(parts, main, strict=True)
+        )
         found = join_series(parts, time if at_once else None)
         if found is not None:
             whole[name] = found

@@ -5,6 +5,7 @@ The first rows of a file are read like those of a stream; these steps follow on 
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,28 +15,30 @@ from imucal_wizard.acquire.column_guess import (
     guess_accelerometer_unit,
     guess_magnetometer_unit,
 )
-from imucal_wizard.core.gravity import are_whole_numbers
-from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO
+from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO, RESTART_GAP_SECONDS
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.readings import ComplexArray, FloatArray, Series, across_restarts
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
+from imucal_wizard.measurement.data_quality import as_signed
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
-_WORD_BITS = (16, 24, 32)
-"""Lengths of the whole numbers that sensors send."""
 _JITTER_SAMPLES = 100
 """Samples over which a jitter averages to nothing, and times that wander have wandered off."""
 _MIN_JITTER = 0.05
 """Jitter of the steps in sampling intervals below which it does not matter."""
 _MAX_WANDER = 0.3
 """Growth of the deviation from even times in that many samples, over that of independent steps."""
-_MAX_SILENT_SHARE = 0.5
+_MIN_RESULTANT = 0.3
+"""Mean resultant length of the phases of so many samples, below which they lie about no even times:
+a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
+_MAX_SILENT_SHARE = {"accelerometer": 0.5, _FIELD: 1.0}
 """Share of samples that are zero on all axes above which they are what the device sends: one that
-removes gravity sends zero at rest."""
+removes gravity sends zero at rest. Nothing removes the field, and a file with a line for each
+measurement of a faster sensor may be filled up with zeros to any share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,8 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
     if all(even is None for even in found.values()):
         return samples
     note = (
-        "the times jitter about even ones, as if they were taken on arrival: the even ones are used"
+        "the times jitter about even ones, as if they were rounded or taken on arrival: the even "
+        "ones are used"
     )
     return FileSamples(series, (*samples.warnings, note))
 
@@ -114,42 +118,56 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
         time: s, shape (n,), never decreasing.
     """
     steps = np.diff(time)
-    period = median(steps) if len(steps) > 2 * _JITTER_SAMPLES else 0.0
-    if not period > 0.0:
+    usual = steps[steps <= MAX_STEP_RATIO * median(steps)] if len(steps) else steps
+    period = float(usual.mean()) if len(usual) > 2 * _JITTER_SAMPLES else 0.0
+    if not period > 0.0 or usual.std() < _MIN_JITTER * period:
         return None
-    cuts = np.flatnonzero(steps > LONG_GAP_SECONDS) + 1
+    restarts = across_restarts(steps)
+    cuts = np.flatnonzero((steps > LONG_GAP_SECONDS) | restarts) + 1
     parts = np.split(time, cuts)
-    period = float(np.mean(steps[steps <= MAX_STEP_RATIO * period]))
-    numbers = [_numbered(part, period) for part in parts]
-    lines = [_off_line(part, number) for part, number in zip(parts, numbers, strict=True)]
-    near = np.concatenate([np.diff(off) for off in lines])
-    far = [off[_JITTER_SAMPLES:] - off[:-_JITTER_SAMPLES] for off in lines]
-    jitter, wander = float(near.std()), float(np.concatenate(far).std())
-    limit = _MAX_WANDER * np.sqrt(_JITTER_SAMPLES) * jitter
-    if jitter < _MIN_JITTER * period or wander > limit:
+    courses = [_course(part, period) for part in parts]
+    if np.concatenate([share for _, _, share in courses]).mean() < _MIN_RESULTANT:
         return None
-    even = [part - off + _running_mean(off) for part, off in zip(parts, lines, strict=True)]
+    off = [late + slow for late, slow, _ in courses]
+    far = np.concatenate([one[_JITTER_SAMPLES:] - one[:-_JITTER_SAMPLES] for one in off])
+    near = np.concatenate([np.diff(one) for one in off])
+    jitter = float((near - period * np.round(near / period)).std())
+    if not len(far) or float(far.std()) > _MAX_WANDER * np.sqrt(_JITTER_SAMPLES) * jitter:
+        return None
+    even = [part - late for part, (late, _, _) in zip(parts, courses, strict=True)]
+    for (before, after), cut in zip(pairwise(even), cuts, strict=True):
+        if restarts[cut - 1]:  # its length is a sign, and not measured
+            after += before[-1] + RESTART_GAP_SECONDS - after[0]
     return np.maximum.accumulate(np.concatenate(even))
 
 
-def _numbered(time: FloatArray, period: float) -> FloatArray:
-    """Number of each sample; missing ones leave gaps."""
-    steps = np.diff(time, prepend=time[:1])
-    counts = np.where(steps > MAX_STEP_RATIO * period, np.round(steps / period), 1.0)
-    counts[:1] = 0.0
-    return np.cumsum(counts)
+def _course(time: FloatArray, period: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """By how much times are later than the even ones near them, all of shape (n,).
+
+    The phase of a sample in the interval in which it lies does not depend on how many samples are
+    missing before it, as its number would.
+
+    Args:
+        time: s, shape (n,), without long gaps.
+        period: sampling interval, s, about.
+
+    Returns:
+        The jitter and the course of the even times about the best line, s; and the resultant length
+        of the phases about each sample: 1 where there is no jitter, 0 where all are as likely.
+    """
+    angle = 2.0 * np.pi * (time - time[0]) / period
+    slow = np.unwrap(np.angle(_running_mean(np.exp(1j * angle))))
+    if len(time) > 2 * _JITTER_SAMPLES:  # the interval is a little longer or shorter
+        angle -= angle * (angle @ (slow - slow.mean()) / (angle @ (angle - angle.mean())))
+    phases = np.exp(1j * angle)
+    near = _running_mean(phases)
+    late = np.angle(phases * near.conj())
+    slow = np.unwrap(np.angle(near))
+    second = period / (2.0 * np.pi)
+    return second * late, second * (slow - slow.mean()), np.abs(near)
 
 
-def _off_line(time: FloatArray, number: FloatArray) -> FloatArray:
-    """By how much times are later than the straight line through them over the numbers."""
-    if len(time) < 2:
-        return np.zeros(len(time))
-    off = number - number.mean()
-    own = time - time.mean()
-    return np.asarray(own - off * (off @ own) / (off @ off))
-
-
-def _running_mean(values: FloatArray) -> FloatArray:
+def _running_mean(values: ComplexArray) -> ComplexArray:
     """Mean of each value and its neighbours; at the ends that of the first and last ones."""
     sums = np.concatenate([[0.0], np.cumsum(values)])
     width = min(2 * _JITTER_SAMPLES + 1, len(values))
@@ -160,10 +178,12 @@ def _running_mean(values: FloatArray) -> FloatArray:
 def _answered(samples: FileSamples) -> FileSamples:
     """Without samples that are zero on all axes: gravity and the Earth's field never are."""
     series, notes = dict(samples.series), []
-    for name in ("accelerometer", _FIELD):
+    for name, most in _MAX_SILENT_SHARE.items():
         one = series.get(name)
         silent = None if one is None else true_on_all_axes(one.values == 0.0)
-        if one is None or silent is None or not 0.0 < silent.mean() <= _MAX_SILENT_SHARE:
+        if one is None or silent is None or not silent.any() or silent.all():
+            continue
+        if silent.mean() > most:
             continue
         time = one.time[~silent]  # one array for all sensors that are read together
         for other, beside in series.items():
@@ -196,26 +216,6 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
             f"for {is_meant:.0f}: they are read as negative"
         )
     return FileSamples(series, tuple(warnings))
-
-
-def as_signed(values: FloatArray) -> FloatArray | None:
-    """The readings with negative numbers if those were written as unsigned ones, otherwise None.
-
-    A reading that passes through zero then jumps by the whole range of the number. Of the two
-    meanings that one is right which changes less from sample to sample: counts with an offset pass
-    through the middle of the range, and would jump there if they were read as signed.
-
-    Args:
-        values: counts, shape (n, 3).
-    """
-    if len(values) < 2 or not are_whole_numbers(values) or values.min() < 0:
-        return None
-    bits = next((n for n in _WORD_BITS if values.max() < 2.0**n), None)
-    if bits is None:
-        return None
-    meant = np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values)
-    less = np.abs(np.diff(meant, axis=0)).sum() < np.abs(np.diff(values, axis=0)).sum()
-    return meant if less else None
 
 
 def _in_unit_of_field(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:

@@ -337,6 +337,39 @@ def test_a_sensor_in_two_of_different_files_is_refused(tmp_path: Path) -> None:
         read_files([both, both])
 
 
+def test_files_of_the_same_sensors_with_dates_follow_one_another_by_them(tmp_path: Path) -> None:
+    early, late = samples(), samples()
+    early[:, 0] += 1.7e9
+    late[:, 0] += 1.7e9 + 60.0
+    late[:, 1:4] = late[:, [3, 1, 2]]
+    first, second = write(tmp_path / "z.csv", early), write(tmp_path / "x.csv", late)
+    readings = read_files([second, first])
+    assert readings.accelerometer.values[0, 2] > 9.0
+    assert readings.accelerometer.values[-1, 0] > 9.0
+
+
+def test_files_of_the_same_sensors_may_differ_in_what_is_beside_them(tmp_path: Path) -> None:
+    bare = samples()[:, :7]
+    bare[:, 1:4] = bare[:, [3, 1, 2]]
+    paths = [
+        write(tmp_path / "a.csv", samples()),
+        write(tmp_path / "b.csv", bare, HEADER.rpartition(",")[0]),
+    ]
+    readings = read_files(paths)
+    assert readings.temperature is not None
+    assert (len(readings), len(readings.temperature)) == (800, 400)
+
+
+def test_two_devices_that_recorded_at_once_are_no_session(tmp_path: Path) -> None:
+    one, other = samples(), samples()
+    one[:, 0] += 1.7e9
+    other[:, 0] += 1.7e9 + 2.0
+    other[:, 1:4] += 0.3
+    paths = [write(tmp_path / "a.csv", one), write(tmp_path / "b.csv", other)]
+    with pytest.raises(RecordingError, match="recorded at once"):
+        read_files(paths)
+
+
 def test_files_whose_times_do_not_meet_are_refused(tmp_path: Path) -> None:
     late = samples()
     late[:, 0] += 1000.0

@@ -7,9 +7,10 @@ import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
-from imucal_wizard.acquire.files.whole_recording import as_signed, without_jitter
+from imucal_wizard.acquire.files.whole_recording import without_jitter
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.measurement.data_quality import as_signed
 from tests.acquire.files.lines import samples, write
 
 
@@ -58,6 +59,27 @@ def test_times_of_arrival_are_replaced_by_the_even_ones_they_jitter_about(tmp_pa
     assert any("40 samples are missing in 1 gap" in text for text in readings.warnings)
 
 
+def test_lost_samples_do_not_shift_the_even_times_of_the_others(tmp_path: Path) -> None:
+    """With a jitter by ±0.15 intervals, the step over a lost sample may be 1.7 intervals."""
+    rng = np.random.default_rng(8)
+    even = np.arange(6000)[rng.random(6000) > 0.05] / 100.0
+    values = samples(len(even))
+    values[:, 0] = even + rng.uniform(0.0, 0.003, len(even))
+    own = read_files([write(tmp_path / "a.csv", values)]).accelerometer.time
+    assert np.ptp(own - even) < 5e-4
+
+
+def test_a_restart_stays_a_restart_where_the_times_jitter(tmp_path: Path) -> None:
+    rng = np.random.default_rng(8)
+    values = samples(1200)
+    values[:, 0] = np.concatenate([np.arange(600), np.arange(600)]) / 100.0
+    values[:, 0] += rng.uniform(0.0, 0.003, 1200)
+    readings = read_files([write(tmp_path / "a.csv", values)])
+    assert np.diff(readings.accelerometer.time).max() == pytest.approx(1.0, abs=1e-9)
+    assert any("jitter about even ones" in text for text in readings.warnings)
+    assert not any("missing" in text for text in readings.warnings)
+
+
 def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
     once = samples(300, rate=50.0)
     values = np.repeat(once, 4, axis=0)
@@ -73,8 +95,9 @@ def test_readings_that_a_faster_loop_repeats_count_once(tmp_path: Path) -> None:
 
 def test_steps_that_vary_by_themselves_stay_as_they_are() -> None:
     """A loop that takes its time: each sample is measured when it is."""
-    time = np.cumsum(np.random.default_rng(2).uniform(0.008, 0.012, 3000))
-    assert without_jitter(time) is None
+    for half in (0.001, 0.002, 0.005):
+        time = np.cumsum(np.random.default_rng(2).uniform(0.01 - half, 0.01 + half, 3000))
+        assert without_jitter(time) is None
     assert without_jitter(np.arange(3000) / 100.0) is None
 
 
@@ -87,6 +110,23 @@ def test_samples_that_read_zero_on_all_axes_are_no_readings(tmp_path: Path) -> N
     assert len(filled) == len(filled.gyroscope) == 200
     assert filled.gyroscope.time is filled.accelerometer.time
     assert any("200 samples of the accelerometer read exactly zero" in w for w in filled.warnings)
+
+
+def test_zeros_between_the_readings_of_a_slower_magnetometer_are_no_readings(
+    tmp_path: Path,
+) -> None:
+    """Nine lines of ten have no new field, and the logger writes zeros."""
+    rng = np.random.default_rng(7)
+    field = rng.normal((20.0, -10.0, -40.0), 0.3, (400, 3))
+    field[np.arange(400) % 10 != 0] = 0.0
+    values = np.hstack([samples()[:, :4], field])
+    path = write(tmp_path / "a.csv", values, "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2],mx,my,mz")
+    readings = read_files([path])
+    assert readings.magnetometer is not None
+    assert readings.magnetometer.unit == "uT"
+    assert readings.magnetometer.rate == pytest.approx(10.0)
+    assert len(readings) == 400
+    assert any("360 samples of the magnetometer read exactly zero" in w for w in readings.warnings)
 
 
 def test_zeros_of_a_device_that_removes_gravity_are_what_it_sends(tmp_path: Path) -> None:
