@@ -409,8 +409,8 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
         spans = _and([f"{start:.1f} to {end:.1f} s" for start, end in bench.rows.span[rows]])
         advice = (
-            f"Other holds in the same pose agree with the rest: leave out {spans}. Nothing has "
-            "been deleted."
+            "Other holds in the same pose agree with the rest: fit a copy of the recording without "
+            f"{spans}. Nothing has been deleted."
         )
     return [
         (

@@ -183,7 +183,7 @@ def test_a_moved_hold_is_accused_and_asked_for_once(poses: str, again: bool) -> 
         return
     hold = report.holds[9]
     assert said.next_poses == ()
-    assert f"leave out {hold.start:.1f} to {hold.end:.1f} s" in said.says
+    assert f"recording without {hold.start:.1f} to {hold.end:.1f} s" in said.says
 
 
 def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
