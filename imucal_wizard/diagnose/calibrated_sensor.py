@@ -11,7 +11,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits import drift as limits
 from imucal_wizard.core.limits.drift import UsualDrift
-from imucal_wizard.core.limits.use import FAR, USUAL_ROTATION_SECONDS
+from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE, USUAL_ROTATION_SECONDS
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_SETS
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -366,7 +366,7 @@ class CalibratedGyroscope(CalibratedSensor):
     def misread(self, found: Parameters) -> str:
         """See ``CalibratedSensor``."""
         shares = np.linalg.svd(found.matrix @ np.linalg.inv(self.calibration.matrix))[1]
-        if shares[-1] < np.exp(-FAR) * shares[0]:
+        if shares[-1] < np.exp(-IMPLAUSIBLE_SCALE) * shares[0]:
             return ""  # a unit or range changes all axes alike; this is a fault of one axis
         return "; ".join(scale_notes(float(np.cbrt(shares.prod())), 0.0))
 

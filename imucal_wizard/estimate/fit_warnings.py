@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
-from imucal_wizard.core.limits.use import FAR
+from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity, times_in_words
 from imucal_wizard.core.statistics import median
@@ -64,7 +64,7 @@ def unit_notes(scale: float) -> list[str]:
     for unit, size in MISTAKEN_UNITS:
         if abs(np.log(scale * size)) < NEAR:
             return [f"{reads}: the accelerations are in {unit}; give {unit} as their unit"]
-    if abs(np.log(scale)) > FAR:
+    if abs(np.log(scale)) > IMPLAUSIBLE_SCALE:
         fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
         return [f"{reads}: give the unit of the accelerations, or correct the range{fits}"]
     return []
@@ -74,7 +74,7 @@ def _bias_notes(fit: SensorFit) -> list[str]:
     """What is said of an accelerometer whose scale is right and whose bias no sensor has."""
     axis = int(np.abs(fit.bias).argmax())
     size = float(fit.bias[axis])
-    if fit.unusable or abs(size) <= FAR * STANDARD_GRAVITY:
+    if fit.unusable or abs(size) <= IMPLAUSIBLE_SCALE * STANDARD_GRAVITY:
         return []
     message = (
         f"the accelerometer's bias is {quantity(size, fit.bias_unit)} on the {AXES[axis]} axis, "
@@ -110,7 +110,7 @@ def _scales(fit: SensorFit) -> tuple[float, list[str]]:
     """Usual scale (true over read) of the axes, and what is said of those that differ from it."""
     sizes = np.linalg.norm(fit.matrix, axis=0)
     usual = median(sizes)
-    odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > FAR).tolist()
+    odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > IMPLAUSIBLE_SCALE).tolist()
     if fit.unusable or not odd:
         return float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), []
     return usual, [
@@ -128,7 +128,7 @@ def scale_notes(scale: float, rate: float) -> list[str]:
         rate: sampling rate that the times or the user claim, Hz. The angle is the integral over
             time, so a rate claimed twice too high doubles the scale; 0 where it does not matter.
     """
-    if abs(np.log(scale)) <= FAR:
+    if abs(np.log(scale)) <= IMPLAUSIBLE_SCALE:
         return []
     fits = [meaning for factor, meaning in RATE_MISTAKES if abs(np.log(scale / factor)) < NEAR]
     if USUAL_SAMPLING_RATES[0] <= rate / scale <= USUAL_SAMPLING_RATES[1]:

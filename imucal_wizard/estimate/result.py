@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from imucal_wizard.core.limits.use import FAR
+from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -140,7 +140,7 @@ def impossible_scale(matrix: FloatArray) -> float | None:
     """
     sizes = np.linalg.norm(matrix, axis=0)
     far = np.abs(np.log(np.maximum(sizes, np.finfo(float).tiny)))
-    return float(sizes[far.argmax()]) if far.max() > FAR else None
+    return float(sizes[far.argmax()]) if far.max() > IMPLAUSIBLE_SCALE else None
 
 
 def unchecked_scale(

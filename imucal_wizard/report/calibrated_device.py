@@ -10,7 +10,7 @@ from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
-from imucal_wizard.core.limits.use import FAR, LIMITS_OF_USE, USUAL_GRADE
+from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE, LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import AXES, axes_in_words
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
@@ -363,7 +363,7 @@ class CalibratedDevice:
             means = (means - known.calibration.bias) @ known.calibration.matrix.T
         size = float(np.median(np.linalg.norm(means, axis=1)))
         ratio = self.criteria.gravity / max(size, 1e-9)
-        return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > FAR else ""
+        return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > IMPLAUSIBLE_SCALE else ""
 
     def _field(self, measured: RecheckData) -> SensorRecheck:
         """The magnetometer, by constancy of magnitude and dip."""

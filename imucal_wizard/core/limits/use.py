@@ -10,7 +10,8 @@ horizon by 0.1°, and 0.5 µT turns a heading by 1.4° where 20 µT lie level. B
 for errors of about a quarter and a twentieth of these."""
 USUAL_GRADE = "consumer"
 """The grade of a sensor of which nothing else is said."""
-FAR = 0.2
-"""No sensor's scale is wrong by 20 %; its unit, range or sampling rate is, or its fit."""
+IMPLAUSIBLE_SCALE = 0.2
+"""Logarithm of a scale (18 % too small or 22 % too large) that no sensor has: its unit, range or
+sampling rate is wrong, or its fit. No accelerometer has a bias of this share of 1 g."""
 USUAL_ROTATION_SECONDS = 10.0 / 3.0
 """A rotation by 100° and back at 60 °/s: an error of the rate of 0.3 °/s then sums up to 1°."""
