@@ -128,6 +128,7 @@ def hidden_in(
     parameters = effect(term).parameters(sensor)
     shown = [place for place in range(len(parameters)) if np.isfinite(sizes[place])]
     place = int(rng.choice(shown))
-    axes = tuple("xyz".index(letter) for letter in parameters[place].name)
+    letters = parameters[place].name
+    axes = tuple("xyz".index(letter) for letter in letters if letters != "all") or (0,)
     sign = float(rng.choice((-1.0, 1.0)))
     return Hidden(sensor, term, times * float(sizes[place]) * sign, axes)
