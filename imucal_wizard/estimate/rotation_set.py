@@ -23,9 +23,6 @@ from imucal_wizard.model.rows.source import (
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
 
-MIN_RESTS_FOR_A_COURSE = 5
-"""Holds at rest from which on the bias is taken to follow a straight line over time."""
-
 
 @dataclass(frozen=True, eq=False)
 class RotationSet:

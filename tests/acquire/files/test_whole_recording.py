@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.even_times import without_jitter
 from imucal_wizard.acquire.files.recording_files import read_files
-from imucal_wizard.acquire.files.whole_recording import without_jitter
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.measurement.data_quality import as_signed
