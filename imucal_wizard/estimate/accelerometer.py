@@ -21,9 +21,9 @@ from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     MIN_REPEATS_OF_POSES,
     estimate_slow_errors,
-    long_rest,
     spans_of,
 )
+from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold

@@ -42,7 +42,8 @@ from imucal_wizard.estimate.parameters import (
     unit_of,
 )
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.slow_noise import long_rest, spans_of
+from imucal_wizard.estimate.slow_noise import spans_of
+from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.estimate.table_rows import (
     circumstances_during,
     known_rotations,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded, outside
 from imucal_wizard.model.rows.decorrelation import Decorrelation
@@ -46,6 +46,8 @@ class Fitted:
         pull: by how much an error of each independent row moves each parameter, shape (k, n).
         strength: by how much each hold moves with the strength of a field that is not the same
             everywhere and always, shape (n,); None where the input is gravity or rest.
+        still: which holds were at rest, where the device may move while others are measured, shape
+            (n,); None where all were.
         independent: how independent rows come from the holds.
         own: variance of each independent row by measured noise, shape (n,), which its white errors
             have at least; None where the white errors may be of any size.
@@ -57,6 +59,7 @@ class Fitted:
     alike: FloatArray
     pull: FloatArray
     strength: FloatArray | None = None
+    still: BoolArray | None = None
     independent: Decorrelation = Decorrelation()
     own: FloatArray | None = None
 

@@ -17,6 +17,8 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 
+Kernel = Callable[[FloatArray], FloatArray]
+"""Covariance of averages over spans of time, (n, 2) to (n, n), by slow errors of size one."""
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
 """Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
 
@@ -60,7 +62,7 @@ def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
     return np.asarray(apart)
 
 
-def about_the_mean(spans: FloatArray, kernel: Callable[[FloatArray], FloatArray]) -> FloatArray:
+def about_the_mean(spans: FloatArray, kernel: Kernel) -> FloatArray:
     """Covariance of averages over spans of time about the mean from the first to the last one."""
     gaps = np.column_stack([spans[:-1, 1], spans[1:, 0]])
     shortest = 1e-9 * float(spans[-1, 1] - spans[0, 0])

@@ -1,26 +1,26 @@
 """Slow noise of a bias, estimated from what the fits of a session leave (restricted likelihood)."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.slow_errors import MOST_LACKING, Between, Fitted, SlowErrors, SlowKind
-from imucal_wizard.estimate.slow_kernels import about_the_mean, averaged, relaxed, walked
+from imucal_wizard.estimate.slow_kernels import (
+    Kernel,
+    about_the_mean,
+    averaged,
+    relaxed,
+    walked,
+)
+from imucal_wizard.estimate.slow_rests import Rests
 from imucal_wizard.measurement.holds import Hold
 
 MIN_REPEATS_OF_POSES = 4
 """Repeats of poses that show how the biases change with time."""
-MIN_LONG_REST = 60.0
-"""Seconds from which on a rest shows slow noise: twenty averages as long as a hold."""
-PIECE = 3.0
-"""Seconds of each of these averages."""
-MOMENTS = 6
-"""Parts of each of them, whose scatter is white noise."""
 ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
@@ -49,73 +49,11 @@ def spans_of(holds: Sequence[Hold]) -> FloatArray:
     return np.array([[hold.start, hold.end] for hold in holds])
 
 
-@dataclass(frozen=True, eq=False)
-class LongRest:
-    """One rest in one direction, cut into pieces: it shows slow noise apart from any model.
-
-    Attributes:
-        spans: beginning and end of each piece, s, shape (m, 2).
-        means: of the pieces on each axis, shape (m, 3).
-        white: variance of each by what differs from one moment to the next, shape (3,).
-    """
-
-    spans: FloatArray
-    means: FloatArray
-    white: FloatArray
-
-    def evidence(
-        self, kernel: Callable[[FloatArray], FloatArray], squares: FloatArray, axes: slice
-    ) -> FloatArray:
-        """Logarithm of the likelihood of slow noise of each of these sizes, shape (k,).
-
-        Args:
-            kernel: covariance of averages by slow noise of size one.
-            squares: squares of the sizes, shape (k,).
-            axes: whose slow noise has these sizes.
-        """
-        across = complement(np.ones((len(self.means), 1)))
-        values, vectors = np.linalg.eigh(across.T @ kernel(self.spans - self.spans[0, 0]) @ across)
-        turned = (vectors.T @ across.T @ self.means[:, axes]) ** 2
-        slow = squares[:, None, None] * np.maximum(values, 0.0)[:, None]
-        variance = self.white[axes] + slow
-        return np.asarray(-0.5 * (np.log(variance) + turned / variance).sum(axis=(1, 2)))
-
-
-def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> LongRest | None:
-    """The longest rest of a recording, if it is long enough to show slow noise.
-
-    Args:
-        series: readings of the sensor.
-        holds: still periods.
-        matrix: SI per reading, shape (3, 3).
-    """
-    longest = max(holds, key=lambda hold: hold.end - hold.start)
-    seconds = longest.end - longest.start
-    if seconds < MIN_LONG_REST:
-        return None
-    inside = series.between(longest.start, longest.end)
-    count = int(seconds / PIECE)
-    moments = np.floor((inside.time - longest.start) / (seconds / (count * MOMENTS))).astype(int)
-    moments = np.clip(moments, 0, count * MOMENTS - 1)
-    number = np.bincount(moments, minlength=count * MOMENTS)
-    if number.min() < 1:
-        return None  # samples are missing
-    centred = (inside.values - inside.values.mean(axis=0)) @ matrix.T
-    means = np.array([np.bincount(moments, axis) / number for axis in centred.T])
-    means = means.reshape(3, count, MOMENTS)
-    pieces = means.mean(axis=2)
-    white = ((means - pieces[:, :, None]) ** 2).sum(axis=(1, 2)) / (count * (MOMENTS - 1) * MOMENTS)
-    if not (white > 0.0).all():
-        return None
-    edges = longest.start + seconds / count * np.arange(count + 1)
-    return LongRest(np.column_stack([edges[:-1], edges[1:]]), pieces.T, white)
-
-
 def estimate_slow_errors(
     spans: FloatArray,
     fitted: Sequence[Fitted],
     measured: bool,
-    rest: LongRest | None = None,
+    rests: Rests | None = None,
     between: Between | None = None,
 ) -> SlowErrors | None:
     """Tell slow errors from what fits leave.
@@ -133,7 +71,7 @@ def estimate_slow_errors(
         fitted: the fit of each axis, or of the magnitude; the slow part of all is the same share,
             and the errors of one are independent of those of another.
         measured: whether repeats or a rest show slow noise apart from the model.
-        rest: a rest so long that it shows slow noise by itself.
+        rests: rests that show slow noise by themselves.
         between: rows of what was measured between the holds.
 
     Returns:
@@ -148,15 +86,16 @@ def estimate_slow_errors(
     of_parts = np.append(all_white, np.full(len(PARTS), (1.0 - all_white) / len(PARTS)))
     order = np.argsort(every[:, 0], kind="stable")
     place = np.argsort(order)
+    still = np.ones(len(every), bool) if fitted[0].still is None else fitted[0].still
     kinds = []
-    for ordered, chance, kernel, of_strength in _kinds(every[order], of_field):
+    for ordered, chance, kernel, of_strength in _kinds(every[order], still[order], of_field):
         kind = _kind(ordered[np.ix_(place, place)], fitted, left, of_strength, between)
         log = kind.weight + np.log(chance * of_parts)
-        if rest is not None and kernel is not None:
+        if rests is not None:
             for k, size in enumerate(kind.size):
                 axes = slice(k, k + 1) if len(fitted) > 1 else slice(None)
-                log += rest.evidence(kernel, size, axes)
-        kinds.append(replace(kind, weight=log, long=of_strength or kernel is not None))
+                log += rests.evidence(kernel, size, axes, of_strength)
+        kinds.append(replace(kind, weight=log, long=kernel is not None))
     highest = max(float(kind.weight.max()) for kind in kinds)
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
@@ -208,22 +147,24 @@ def _kind(
 
 
 def _kinds(
-    spans: FloatArray, of_field: bool
-) -> Iterator[tuple[FloatArray, float, Callable[[FloatArray], FloatArray] | None, bool]]:
+    spans: FloatArray, still: BoolArray, of_field: bool
+) -> Iterator[tuple[FloatArray, float, Kernel | None, bool]]:
     """Covariance of the averages by each kind of slow error, its probability, and its kernel.
 
-    Last, whether it is one of the field's strength; else it is one of the bias.
+    What a place does has none: it is the same throughout a rest. Last, whether it is an error of
+    the field's strength; else it is one of the bias.
     """
     of_bias = 1.0 / 3.0 if of_field else 1.0
     yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
     by_walk = about_the_mean(spans, walked)
     yield by_walk, of_bias * (1.0 - FLICKER), walked, False
     if of_field:
-        yield by_walk, 1.0 / 3.0, None, True
+        yield by_walk, 1.0 / 3.0, walked, True
         start, end = spans.T
         gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
+        carried = np.multiply.outer(~still, ~still)  # from one rest to the next, to another place
         for tau in WANDER_SECONDS:
-            of_places = relaxed(end - start, np.exp(-gap / tau), tau)
+            of_places = relaxed(end - start, carried * np.exp(-gap / tau), tau)
             yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
 
 
@@ -285,7 +226,7 @@ def in_session(
     spans: FloatArray,
     fitted: Sequence[Fitted],
     measured: bool,
-    rest: LongRest | None = None,
+    rests: Rests | None = None,
     between: Between | None = None,
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).
@@ -294,13 +235,13 @@ def in_session(
         spans: beginning and end of each hold, s, shape (n, 2).
         fitted: see ``estimate_slow_errors``.
         measured: see ``estimate_slow_errors``.
-        rest: see ``estimate_slow_errors``.
+        rests: see ``estimate_slow_errors``.
         between: rows of what was measured between the holds.
 
     Returns:
         The covariance; None where a fit leaves nothing to judge by.
     """
-    found = estimate_slow_errors(spans, fitted, measured, rest, between)
+    found = estimate_slow_errors(spans, fitted, measured, rests, between)
     return None if found is None else found.covariance(fitted, between)
 
 

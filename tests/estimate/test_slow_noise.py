@@ -21,9 +21,9 @@ from imucal_wizard.estimate.slow_kernels import OCTAVES, about_the_mean, average
 from imucal_wizard.estimate.slow_noise import (
     estimate_slow_errors,
     in_session,
-    long_rest,
     slow_rate,
 )
+from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
@@ -180,7 +180,7 @@ def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
         series = Series(time, values, "m/s^2")
         rest = long_rest(series, [hold(values.mean(axis=0), 0.0, 90.0)], np.eye(3))
         assert rest is not None
-        assert sizes[rest.evidence(walked, sizes, slice(None)).argmax()] == true
+        assert sizes[rest.evidence(walked, sizes, slice(None), of_strength=False).argmax()] == true
     assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], np.eye(3)) is None
 
 

@@ -6,13 +6,14 @@ symmetric P in the accelerometer's, R being the rotation that the second stage f
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings, distinct
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
@@ -31,9 +32,10 @@ from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import MIN_REPEATS_OF_POSES, estimate_slow_errors
+from imucal_wizard.estimate.slow_rests import Rests
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
-from imucal_wizard.model.rows.field_magnitude import FieldMagnitude
+from imucal_wizard.model.rows.field_magnitude import FieldMagnitude, FieldRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
 if TYPE_CHECKING:
@@ -48,6 +50,11 @@ DIAGONAL = (0, 4, 8)
 MAX_SLOW_NOISE = 3.0
 """What a fit leaves, rms in units of the samples' noise, above which it is structure of the
 place or the sensor: as noise it would weigh rows by what the model lacks."""
+MIN_PARTS_OF_REST, MOST_PARTS_OF_REST = 3, 12
+"""Parts of a held pose, a few tenths of a second each, between which slow noise is looked for."""
+WHITE_LEVELS = np.geomspace(0.3, 3.0, 24)
+"""Of such a part, over the variance that samples foretell: a filter in the sensor makes those that
+follow one another alike."""
 SOFT_IRON_SIZE = 0.05
 """Standard deviation of the soft iron's entries on boards; N's figure 7 has 0.06, 0.04 and 0.03."""
 
@@ -216,7 +223,7 @@ class MagnetometerExperiment(Experiment):
             # the shared parameters begin with the dip and the rotation (see ``Dip``)
             turned = rotation_matrix(found.calibration.shared[1:4]) @ alignment.rotation
             alignment = replace(alignment, rotation=turned)
-        slow = estimate_slow_errors(self._spans, [self._fitted(found)], measured=False)
+        slow = self._estimated(found, self._fitted(found))
         loading = None
         if slow is not None and np.mean(found.residual**2 / found.system.own) < MAX_SLOW_NOISE**2:
             loading = slow.loading(found.independent)
@@ -264,6 +271,7 @@ class MagnetometerExperiment(Experiment):
             alike=lever @ lever.T,
             pull=basis @ found.pull()[free],
             strength=(np.arange(len(lever)) < len(self.magnitude.labels)).astype(float),
+            still=self._still,
             independent=found.independent,
             own=found.system.own,
         )
@@ -365,15 +373,58 @@ class MagnetometerExperiment(Experiment):
     ) -> tuple[FloatArray, FloatArray] | None:
         """See ``Experiment``; what is known of slow errors may be by a fit with fewer effects."""
         fitted = replace(self._fitted(found), pull=combinations)
-        slow = estimate_slow_errors(self._spans, [fitted], measured=False)
+        slow = self._estimated(found, fitted)
         return None if slow is None else slow.foreseen([fitted])
 
     def _told(self, found: "Minimum[Experiment]") -> SlowErrors | None:
         """What of the errors of the rows is slow."""
         slow = self._slow_errors
         if slow is None or (self._told_by is not None and self._told_by is not found):
-            slow = estimate_slow_errors(self._spans, [self._fitted(found)], measured=False)
+            slow = self._estimated(found, self._fitted(found))
         return slow
+
+    def _estimated(self, found: "Minimum[Experiment]", fitted: Fitted) -> SlowErrors | None:
+        return estimate_slow_errors(self._spans, [fitted], measured=False, rests=self._rests(found))
+
+    def _rests(self, found: "Minimum[Experiment]") -> Rests | None:
+        """The poses that are held, cut into pieces; None where none is.
+
+        Magnitudes do not show that a hand sways. Where rounding moves whole rests, steps within
+        them are no noise.
+        """
+        pieces, rows = self.data.pieces, cast("FieldRows", found.rows[0])
+        sizes = np.diff(pieces.offsets)
+        held = np.flatnonzero(self._still[: len(self.data)] & (sizes >= MIN_PARTS_OF_REST))
+        if not len(held) or self.data.rounding.shape[1]:
+            return None
+        parts = np.minimum(sizes[held], MOST_PARTS_OF_REST)
+        rest = np.repeat(held, parts)
+        number = np.arange(len(rest)) - np.repeat(np.cumsum(parts) - parts, parts)
+        first, last = (
+            pieces.offsets[rest] + one * sizes[rest] // np.repeat(parts, parts)
+            for one in (number, number + 1)
+        )
+
+        def summed(values: FloatArray) -> FloatArray:
+            until = np.append(0.0, np.cumsum(values))
+            return np.asarray(until[last] - until[first])
+
+        count = summed(pieces.count)
+        white = (self.data.noise * pieces.samples)[rest] / count
+        return Rests(
+            spans=np.column_stack([pieces.edges[first, 0], pieces.edges[last - 1, 1]]),
+            means=(summed(pieces.count * (rows.length - self.data.field)) / count)[:, None],
+            white=white[:, None],
+            levels=WHITE_LEVELS,
+            lever=np.linalg.norm(rows.lever, axis=1)[rest],
+            rest=rest,
+        )
+
+    @cached_property
+    def _still(self) -> BoolArray:
+        """Which rows were measured at rest, shape (n,)."""
+        still = self.data.pieces.still(self.data.samples.magnetic)
+        return np.append(still, np.ones(len(self._spans) - len(still), bool))
 
     def in_session(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """See ``Experiment``: the sensor's bias wanders, and the field differs between places."""

@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.poses import CORNERS, FACES
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -81,14 +82,29 @@ class Pieces:
         starts = np.append(0, np.cumsum(self.count).astype(np.intp))[self.offsets]
         return [_scatter(one, starts) for one in values]
 
+    def still(self, field: FloatArray) -> BoolArray:
+        """Which groups are a pose that is held, shape (k,).
+
+        Args:
+            field: corrected field of the pieces, shape (p, 3).
+        """
+        unit = unit_vectors(field)
+        away = unit - np.repeat(self.mean(unit), np.diff(self.offsets), axis=0)
+        return np.asarray(self.mean((away**2).sum(axis=1)) <= ONE_POSE_RADIANS**2)
+
     @property
-    def span(self) -> FloatArray:
-        """Beginning and end of the samples of each group, s, shape (k, 2)."""
+    def edges(self) -> FloatArray:
+        """Beginning and end of each piece, s, shape (p, 2)."""
         pairs = self.count[1:] + self.count[:-1]
         step = 2.0 * median(np.diff(self.time) / pairs) if len(pairs) else 0.0
         half = 0.5 * step * self.count
+        return np.column_stack([self.time - half, self.time + half])
+
+    @property
+    def span(self) -> FloatArray:
+        """Beginning and end of the samples of each group, s, shape (k, 2)."""
         first, last = self.offsets[:-1], self.offsets[1:] - 1
-        return np.column_stack([(self.time - half)[first], (self.time + half)[last]])
+        return np.column_stack([self.edges[first, 0], self.edges[last, 1]])
 
 
 def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatArray) -> Pieces:

@@ -33,6 +33,7 @@ class FieldRows(Rows):
 
     Attributes:
         field: corrected field of the pieces, µT, shape (q, 3).
+        length: mean magnitude of each of them, µT, shape (q,).
     """
 
     def __init__(self, source: "FieldMagnitude", calibration: Parameters, terms: Terms) -> None:
@@ -44,7 +45,8 @@ class FieldRows(Rows):
         length = np.linalg.norm(self.field, axis=1)
         self._unit = self.field / np.maximum(length, SHORTEST_FIELD)[:, None]
         self._terms = terms
-        self.residual = source.mean(length + source.extra) - source.magnitude
+        self.length = length + source.extra
+        self.residual = source.mean(self.length) - source.magnitude
         self.own = source.noise
         self.lever = source.mean(self._unit)
         size = np.linalg.norm(self.lever, axis=1)
