@@ -23,7 +23,7 @@ from imucal_wizard.estimate.slow_noise import (
     in_session,
     slow_rate,
 )
-from imucal_wizard.estimate.slow_rests import long_rest
+from imucal_wizard.estimate.slow_rests import Rests, long_rest
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
@@ -182,6 +182,61 @@ def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
         assert rest is not None
         assert sizes[rest.evidence(walked, sizes, slice(None), of_strength=False).argmax()] == true
     assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], np.eye(3)) is None
+
+
+def _held(rng: np.random.Generator, walk: float) -> Rests:
+    """Forty poses of 3 s, twelve parts each, whose readings walk; the white noise told is half."""
+    parts, count = 12, 40
+    steps = walk * np.sqrt(0.025) * rng.standard_normal((count, parts, 10)).reshape(count, -1)
+    walked_within = np.cumsum(steps, axis=1).reshape(count, parts, 10).mean(axis=2)
+    means = walked_within + 1.0 * rng.standard_normal((count, parts)) + rng.normal(size=(count, 1))
+    start = (8.0 * np.arange(count)[:, None] + 0.25 * np.arange(parts)).ravel()
+    return Rests(
+        spans=np.column_stack([start, start + 0.25]),
+        means=means.reshape(-1, 1),
+        white=np.full((count * parts, 1), 0.5),
+        levels=np.geomspace(0.3, 3.0, 24),
+        lever=np.ones(count * parts),
+        rest=np.repeat(np.arange(count), parts),
+    )
+
+
+def test_held_poses_show_slow_noise_by_what_changes_within_them() -> None:
+    """Offsets of the poses and twice the white noise do not pass for it; a place has none of it."""
+    rng, sizes = np.random.default_rng(2), np.array([0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0])
+    still, walking = _held(rng, 0.0), _held(rng, 1.0)
+    assert still.evidence(walked, sizes, slice(None), of_strength=False).argmax() == 0
+    told = walking.evidence(walked, sizes, slice(None), of_strength=False)
+    assert sizes[told.argmax()] == 1.0
+    assert told[0] < told.max() - 10.0
+    assert np.ptp(walking.evidence(None, sizes, slice(None), of_strength=False)) == 0.0
+    # half the lever shows a quarter of the variance of the bias, and all of that of the strength
+    lighter = replace(walking, lever=0.5 * walking.lever)
+    assert sizes[lighter.evidence(walked, sizes, slice(None), of_strength=False).argmax()] == 4.0
+    assert sizes[lighter.evidence(walked, sizes, slice(None), of_strength=True).argmax()] == 1.0
+
+
+def test_what_a_place_does_ends_with_a_rest() -> None:
+    """In motion the next rows share it; the next rest is in another place."""
+    spans, rng = _regular(20), np.random.default_rng(4)
+    moving = np.arange(20) >= 10
+    one = Fitted(
+        errors=rng.normal(size=20),
+        columns=np.ones((20, 1)),
+        variance=np.ones(20),
+        alike=np.ones((20, 20)),
+        pull=np.full((1, 20), 0.05),
+        strength=np.ones(20),
+        still=~moving,
+    )
+    slow = estimate_slow_errors(spans, [one], measured=False)
+    assert slow is not None
+    of_places = [kind.slow[0] for kind in slow.kinds if not kind.long]
+    assert of_places
+    for covariance in of_places:
+        apart = covariance - np.diag(np.diag(covariance))
+        assert not apart[~moving].any()
+        assert (apart[10, 11:] > 0.0).all()
 
 
 def test_a_long_rest_tells_how_much_of_the_scatter_of_rests_is_slow() -> None:
