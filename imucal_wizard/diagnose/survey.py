@@ -163,10 +163,7 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
     except DataError as error:
         return insufficient(sensor, str(error), benches.report)
     if bench is None:
-        warnings = benches.report.warnings
-        reasons = [one for one in warnings if f"{sensor} is not calibrated" in one]
-        why = reasons[0] if reasons else f"the {sensor} is not calibrated"
-        return insufficient(sensor, why, benches.report)
+        return insufficient(sensor, benches.report.why_not(sensor), benches.report)
     for name in added:
         bench.add(name)
     waits = benches.waits(sensor)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
+from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated, of_kind
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -413,6 +414,11 @@ class FitReport:
         """Whether a rate table calibrated the gyroscope, which needs no accelerometer."""
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
+
+    def why_not(self, sensor: str) -> Notice:
+        """Why a sensor has no calibration."""
+        reasons = of_kind(self.warnings, NoticeKind.NOT_CALIBRATED, sensor=sensor)
+        return reasons[0] if reasons else not_calibrated(sensor, "these data do not determine it")
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""
