@@ -20,6 +20,8 @@ class NoticeKind(Enum):
     """Holds are at the end of the range."""
     STUCK_HOLDS = auto()
     """In some holds an axis repeats one reading."""
+    RESTS_LEFT_OUT = auto()
+    """In some rests the sensor reads another mean than in the holds; they are left out."""
     GRAVITY_OF_SAMPLES = auto()
     """The samples at rest show a size of gravity that does not fit the unit."""
     SCALE = auto()

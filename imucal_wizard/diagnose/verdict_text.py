@@ -447,8 +447,8 @@ _WRONG_HOLDS = (NoticeKind.CLIPPED_HOLDS, NoticeKind.STUCK_HOLDS)
 
 def _warnings(diagnosis: Diagnosis, *kinds: NoticeKind) -> list[str]:
     """The warnings of this sensor of these kinds, as sentences."""
-    warnings = () if diagnosis.report is None else diagnosis.report.warnings
-    said = of_kind(warnings, *kinds, sensor=diagnosis.sensor)
+    report, sensor = diagnosis.report, diagnosis.sensor
+    said = [] if report is None else report.warned(sensor, *kinds)
     return [f"{_capital(one.removesuffix('.'))}." for one in said]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.notices import NoticeKind, not_calibrated, of_kind
+from imucal_wizard.core.notices import NoticeKind, not_calibrated
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.units import COUNT, SI_UNIT
@@ -391,7 +391,7 @@ def fit_with_table(
     if gyroscope is not None and gyroscope.experiment is not None:
         closures = cast("GyroscopeExperiment", gyroscope.experiment)
         found = with_rate_table(closures, data, series, force)
-    refused = of_kind(report.warnings, NoticeKind.NOT_CALIBRATED, sensor=GYROSCOPE)
+    refused = report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED)
     notes = tuple(text for text in report.warnings if text not in refused)
     if found is None:
         found = fit_rate_table(data, series, readings, force)

@@ -390,8 +390,6 @@ class FitReport:
         warnings: what the user must know.
         outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
             words. A verdict, which weighs every other explanation too, replaces them.
-        rests_left_out: what is said of rests in which a sensor reads another mean than in the
-            holds, by sensor; it is one of the warnings, too.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: alignment and clocks of the sensors, or None.
     """
@@ -407,7 +405,6 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
-    rests_left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def on_table(self) -> bool:
@@ -415,9 +412,13 @@ class FitReport:
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
 
+    def warned(self, sensor: str, *kinds: NoticeKind) -> list[Notice]:
+        """The warnings about a sensor of these kinds."""
+        return of_kind(self.warnings, *kinds, sensor=sensor)
+
     def why_not(self, sensor: str) -> Notice:
         """Why a sensor has no calibration."""
-        reasons = of_kind(self.warnings, NoticeKind.NOT_CALIBRATED, sensor=sensor)
+        reasons = self.warned(sensor, NoticeKind.NOT_CALIBRATED)
         return reasons[0] if reasons else not_calibrated(sensor, "these data do not determine it")
 
     def notes(self, *, judged: bool) -> tuple[str, ...]:

@@ -35,7 +35,7 @@ from imucal_wizard.core.limits.data_quality import (
     PLATEAU_BAND,
     SILENT_VARIANCE_SHARE,
 )
-from imucal_wizard.core.notices import Notice, NoticeKind
+from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
@@ -128,13 +128,15 @@ def _flat_ends(motions: Sequence[FloatArray], rest: FloatArray) -> FloatArray | 
     return np.where(ends, extremes, np.array([[-np.inf], [np.inf]])) if ends.any() else None
 
 
-CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
-"""The problem of a rotation with a clipped axis, live and in a recording."""
+def clipped_rotation(axis: str) -> Notice:
+    """The problem of a rotation with a clipped axis, live and in a recording."""
+    text = f"{axis} was clipped at the end of its range: turn more slowly"
+    return Notice(text, NoticeKind.CLIPPED, "gyroscope")
 
 
 def is_clipped(problem: str | None) -> bool:
     """Whether the problem of a rotation is clipping."""
-    return problem is not None and problem.endswith(CLIPPED_ROTATION.partition("}")[2])
+    return problem is not None and bool(of_kind([problem], NoticeKind.CLIPPED))
 
 
 @dataclass(frozen=True, eq=False)

@@ -24,7 +24,7 @@ from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
+from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
@@ -303,7 +303,7 @@ def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes()
 def test_rotations_that_clipped_are_not_asked_for_again_as_they_were() -> None:
     """More rotations alone would clip as well."""
     report, _ = fitted(rotations=3)
-    clipped = CLIPPED_ROTATION.format(axis="x")
+    clipped = clipped_rotation("x")
     turned = tuple(replace(one, problem=clipped) for one in report.rotations)
     warned = replace(report, rotations=turned, warnings=tuple(rotation_warnings(turned)))
     said = insufficient("gyroscope", "add rotations", warned)

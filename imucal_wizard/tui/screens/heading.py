@@ -8,7 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
-from imucal_wizard.core.notices import NoticeKind, of_kind
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import number, true_minus, unit_sign
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass
@@ -133,7 +133,7 @@ def no_heading_rows(report: FitReport, width: int) -> list[Line]:
     else:
         rows = wrapped("The magnetometer is not aligned with the device yet.", width, "warn")
     kinds = NoticeKind.NOT_CALIBRATED, NoticeKind.NOT_ALIGNED
-    for text in of_kind(report.warnings, *kinds, sensor="magnetometer"):
+    for text in report.warned("magnetometer", *kinds):
         rows += wrapped(f"▲ {text}", width, "", indent="  ")
     return [*rows, line(""), *wrapped(_TAKES, width)]
 
