@@ -1,7 +1,7 @@
 """The result of a fit: parameters with uncertainty, errors, and parameters not determined."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -426,3 +426,13 @@ class FitReport:
         worse = tuple(fit.unusable for fit in self.sensors.values() if fit.unusable)
         notes = (*worse, *self.warnings)
         return notes if judged else (*notes, *self.outlier_notes.values())
+
+    def notes_beside(self, judged: Collection[str]) -> tuple[str, ...]:
+        """The notes for a place that shows the verdicts, too, which say why there is no fit.
+
+        Args:
+            judged: sensors that have a verdict.
+        """
+        notes = self.notes(judged=bool(judged))
+        said = [one for name in judged for one in self.warned(name, NoticeKind.NOT_CALIBRATED)]
+        return tuple(note for note in notes if note not in said)
