@@ -102,6 +102,18 @@ def test_a_session_is_being_written_between_two_commits_as_well(tmp_path: Path) 
         assert info.busy
 
 
+def test_a_session_is_not_taken_from_its_writer_between_two_commits(tmp_path: Path) -> None:
+    """Two writers would alternate, and each would go on from what it had itself."""
+    with Session.create(tmp_path / "a.imucal", {}) as session:
+        connection = session._connection
+        connection.execute("COMMIT")
+        begin = threading.Timer(0.05, lambda: connection.execute("BEGIN IMMEDIATE"))
+        begin.start()
+        with pytest.raises(SessionError, match="is being written by another"):
+            Session.open(session.path)
+        begin.join()
+
+
 def test_a_session_that_is_only_read_elsewhere_can_be_taken_up(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     Session.create(path, {}).close()

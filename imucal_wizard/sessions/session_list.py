@@ -88,11 +88,25 @@ def session_info(path: Path) -> SessionInfo:
     """What one session file says; if it cannot be read, the reason."""
     try:
         with explain_damage(path), closing(session_file.connect(path)) as connection:
-            info = _read(path, connection)
-        with explain_damage(path):  # with no connection of its own
-            writer = session_file.being_written(path)
+            return _read(path, connection)
     except SessionError as error:
         return SessionInfo(path, created=_changed(path), problem=_in_words(error))
+
+
+def to_be_resumed(path: Path) -> SessionInfo:
+    """The same; while a program writes it, the reason why it cannot be resumed.
+
+    Args:
+        path: a file to which this program has no connection.
+    """
+    info = session_info(path)
+    if info.problem:
+        return info
+    try:
+        with explain_damage(path):
+            writer = session_file.being_written(path)
+    except SessionError as error:
+        return dataclasses.replace(info, problem=_in_words(error))
     if writer is None:
         return info
     problem = _in_words(session_file.session_error(path, writer))

@@ -90,6 +90,8 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
     if not is_session(path):
         raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
+        if writes:
+            _wait_for_writer(path)
         connection = sqlite3.connect(
             path.absolute().as_uri() if writes else _address(path),
             timeout=_BUSY_SECONDS,
@@ -101,6 +103,19 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
         _identify(connection, path)
         on_failure.pop_all()
     return connection
+
+
+def _wait_for_writer(path: Path) -> None:
+    """Wait until no program writes a session.
+
+    Raises:
+        sqlite3.Error: one goes on writing it, or it cannot be read.
+    """
+    end = time.monotonic() + _BUSY_SECONDS
+    while (refused := being_written(path)) is not None:
+        if time.monotonic() > end:
+            raise refused
+        time.sleep(_BETWEEN_TRIES)
 
 
 def being_written(path: Path) -> sqlite3.OperationalError | None:
