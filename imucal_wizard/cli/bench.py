@@ -30,6 +30,7 @@ from imucal_wizard.cli.outcome import (
     write_json,
 )
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.notices import without_refusals
 from imucal_wizard.core.output import note, numbered_names, say
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
@@ -258,14 +259,15 @@ def write_diagnosis(
 
     read = [one for one in recording.warnings if not said_better(one, warnings)]
     notes = list(dict.fromkeys([*read, *warnings]))
-    if arguments.json != STANDARD_OUT:
-        from imucal_wizard.report.bench_text import bench_text
-
-        say(bench_text(statements))
     if arguments.json:
         from imucal_wizard.report.bench_document import bench_document
 
         write_json(bench_document(statements, notes), arguments.json)
+    if arguments.json != STANDARD_OUT:
+        from imucal_wizard.report.bench_text import bench_text
+
+        say(bench_text(statements))
+        notes = without_refusals(notes, [one.sensor for one in statements])
     for warning in notes:
         note(f"warning: {warning}")
 

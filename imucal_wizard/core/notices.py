@@ -1,6 +1,6 @@
 """Warnings that other parts of the program ask for, by their kind."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from enum import Enum, auto
 from typing import Self
 
@@ -77,6 +77,18 @@ def of_kind(warnings: Iterable[str], *kinds: NoticeKind, sensor: str = "") -> li
         for one in warnings
         if isinstance(one, Notice) and one.kind in kinds and sensor in ("", one.sensor)
     ]
+
+
+def without_refusals(warnings: Sequence[str], judged: Collection[str]) -> list[str]:
+    """The warnings that verdicts shown beside them do not repeat.
+
+    Args:
+        warnings: all of them.
+        judged: sensors with a verdict, which says why the sensor is not calibrated.
+    """
+    refusals = of_kind(warnings, NoticeKind.NOT_CALIBRATED)
+    said = {one for one in refusals if one.sensor in judged}
+    return [one for one in warnings if one not in said]
 
 
 def begun(prefix: str, warning: str) -> str:

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
-from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated, of_kind
+from imucal_wizard.core.notices import (
+    Notice,
+    NoticeKind,
+    not_calibrated,
+    of_kind,
+    without_refusals,
+)
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -433,6 +439,4 @@ class FitReport:
         Args:
             judged: sensors that have a verdict.
         """
-        notes = self.notes(judged=bool(judged))
-        said = [one for name in judged for one in self.warned(name, NoticeKind.NOT_CALIBRATED)]
-        return tuple(note for note in notes if note not in said)
+        return tuple(without_refusals(self.notes(judged=bool(judged)), judged))
