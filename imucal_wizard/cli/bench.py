@@ -53,7 +53,7 @@ def parser() -> Parser:
         "bench",
         "Compare model and measurement, rank the effects that may be missing, add them, and see "
         "whether the held-out error falls.",
-        ", or --save has left a sensor out",
+        "the data cannot show a term that was to be added, or --save left a sensor out",
     )
     made.add_argument(
         "--auto", action="store_true", help="add terms that held-out data confirm, then stop"
@@ -100,7 +100,7 @@ def run(argv: Sequence[str]) -> int:
     The exit status is 0 for every verdict; 1 if ``--save`` has left a sensor out.
 
     Raises:
-        DataError: the data determine no model of any sensor.
+        DataError: there is nothing to save, or the data cannot show a term that was asked for.
     """
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
@@ -118,7 +118,9 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import undetermined
 
         write_diagnosis(list(undetermined(recording, error).values()), recording, arguments)
-        raise
+        if arguments.save:
+            raise
+        return 0
     whole = arguments.add and arguments.save  # says what to do without a bench
     printed = arguments.auto, arguments.json, arguments.view, arguments.guess, whole
     if sys.stdin.isatty() and sys.stdout.isatty() and not any(printed):

@@ -27,7 +27,7 @@ def parser() -> Parser:
         "Find the holds and rotations of a recording and fit the model. Files of "
         "one session are given together: those that hold different sensors become one, "
         "and those that hold the same ones, like one for each position, follow one another.",
-        ", or a sensor's is worse than none",
+        "the data determine no calibration, or one that is worse than none",
     )
     add_methods(made)
     add_magnetometer(made)
