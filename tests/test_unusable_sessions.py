@@ -1,6 +1,7 @@
 """What is said of session files that cannot be used, and of those there are."""
 
 import sqlite3
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from imucal_wizard.core.errors import SessionError
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.session_replay import begin_session, resume_session
-from imucal_wizard.sessions import Session
+from imucal_wizard.sessions import KeptSession, Session
 from tests.cli.kept_sessions import listed
 from tests.estimate.truth import hold
 
@@ -87,6 +88,38 @@ def test_a_session_that_is_being_written_cannot_be_taken_up(tmp_path: Path) -> N
         assert "is being written by another" in info.problem
     (info,) = listed(tmp_path)
     assert info.problem == ""
+
+
+def test_a_session_is_being_written_between_two_commits_as_well(tmp_path: Path) -> None:
+    """A commit releases the lock of the file for a moment."""
+    with Session.create(tmp_path / "a.imucal", {}) as session:
+        connection = session._connection
+        connection.execute("COMMIT")
+        begin = threading.Timer(0.05, lambda: connection.execute("BEGIN IMMEDIATE"))
+        begin.start()
+        (info,) = listed(tmp_path)
+        begin.join()
+        assert info.busy
+
+
+def test_a_session_is_not_taken_from_its_writer_between_two_commits(tmp_path: Path) -> None:
+    """Two writers would alternate, and each would go on from what it had itself."""
+    with Session.create(tmp_path / "a.imucal", {}) as session:
+        connection = session._connection
+        connection.execute("COMMIT")
+        begin = threading.Timer(0.05, lambda: connection.execute("BEGIN IMMEDIATE"))
+        begin.start()
+        with pytest.raises(SessionError, match="is being written by another"):
+            Session.open(session.path)
+        begin.join()
+
+
+def test_a_session_that_is_only_read_elsewhere_can_be_taken_up(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    Session.create(path, {}).close()
+    with KeptSession.look(path):
+        (info,) = listed(tmp_path)
+        assert not info.busy
 
 
 @pytest.mark.parametrize(

@@ -95,9 +95,10 @@ def resolve_columns(
     others = any(sensor_places(columns, sensor) for sensor in LETTER_OF_SENSOR)
     if len(accelerometer) < 3 and (accelerometer or arrivals is not None or not others):
         unknown = accelerometer or not others or not all(c.channel for c in columns)
-        message = _lacking("accelerometer", channels) if unknown else _NO_ACCELEROMETER
-        if not unknown and sensor_places(columns, "magnetometer"):
-            message += _MAGNETOMETER_ALONE
+        message = _lacking("accelerometer", channels)
+        if not unknown:
+            message = f"{NO_ACCELEROMETER[:1].upper()}{NO_ACCELEROMETER[1:]}."
+            message += _MAGNETOMETER_ALONE if sensor_places(columns, "magnetometer") else ""
         needs = ("columns",) if unknown else NEEDS_ACCELEROMETER
         return ResolvedColumns(columns, needs, (*notes, message))
     for sensor in ("gyroscope", "magnetometer"):
@@ -117,10 +118,11 @@ def resolve_columns(
 
 NEEDS_ACCELEROMETER = ("accelerometer",)
 """What a live stream needs that has other sensors only: nothing that could be entered."""
-_NO_ACCELEROMETER = (
-    "The stream has no accelerations, and gravity is the reference of all steps: print ax, ay and "
-    "az, too."
+NO_ACCELEROMETER = (
+    "the stream has no accelerations, and gravity is the reference of all steps: print ax, ay and "
+    "az, too"
 )
+"""What to do about it, as the problem of the stream."""
 _MAGNETOMETER_ALONE = " A magnetometer alone is calibrated from a recording, without the steps."
 _ASK = (
     "The lines contain numbers without known names. State which column is which, for example "

@@ -68,14 +68,20 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(f"{message}. See: {self.prog} --help")
 
 
-def fitting_parser(command: str, description: str) -> Parser:
+def fitting_parser(
+    command: str, description: str, one: str = "the data determine no calibration"
+) -> Parser:
     """The parser of a command that fits a recording, with the options that all such commands take.
 
     Args:
         command: its name.
         description: what it does, in a sentence or two.
+        one: when the exit status is 1.
     """
-    made = Parser(prog=f"imucal-wizard {command}", description=description)
+    epilog = (
+        f"Exit status: 0 done, whatever the verdict; 1 {one}; 2 wrong usage or unreadable input."
+    )
+    made = Parser(prog=f"imucal-wizard {command}", description=description, epilog=epilog)
     made.add_argument("files", nargs="+", type=Path, metavar="FILE", help="recording or session")
     add_json(made)
     add_recording_options(made)

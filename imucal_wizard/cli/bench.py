@@ -30,6 +30,7 @@ from imucal_wizard.cli.outcome import (
     write_json,
 )
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.notices import without_refusals
 from imucal_wizard.core.output import note, numbered_names, say
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
@@ -52,6 +53,7 @@ def parser() -> Parser:
         "bench",
         "Compare model and measurement, rank the effects that may be missing, add them, and see "
         "whether the held-out error falls.",
+        "the data cannot show a term that was to be added, or --save left a sensor out",
     )
     made.add_argument(
         "--auto", action="store_true", help="add terms that held-out data confirm, then stop"
@@ -93,7 +95,13 @@ def parser() -> Parser:
 
 
 def run(argv: Sequence[str]) -> int:
-    """Diagnose, add what is asked for, and report; 1 when the data are insufficient."""
+    """Diagnose, add what is asked for, and report.
+
+    The exit status is 0 for every verdict; 1 if ``--save`` has left a sensor out.
+
+    Raises:
+        DataError: there is nothing to save, or the data cannot show a term that was asked for.
+    """
     arguments = parser().parse_args(argv)
     spare(arguments.files, arguments.json, arguments.save)
     spare_others(arguments)
@@ -109,8 +117,10 @@ def run(argv: Sequence[str]) -> int:
     except DataError as error:
         from imucal_wizard.api import undetermined
 
-        diagnoses = undetermined(recording, error)
-        return write_diagnosis(list(diagnoses.values()), recording, arguments)
+        write_diagnosis(list(undetermined(recording, error).values()), recording, arguments)
+        if arguments.save:
+            raise
+        return 0
     whole = arguments.add and arguments.save  # says what to do without a bench
     printed = arguments.auto, arguments.json, arguments.view, arguments.guess, whole
     if sys.stdin.isatty() and sys.stdout.isatty() and not any(printed):
@@ -134,13 +144,12 @@ def run(argv: Sequence[str]) -> int:
 
             write_json(failure_document("bench", str(error), recording.warnings), arguments.json)
         raise
-    status = write_diagnosis(statements, recording, arguments, benches.report.warnings)
-    if arguments.save:
-        calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
-        save_or_print(calibration, arguments)
-        if calibration.unusable and not arguments.force:
-            return 1
-    return status
+    write_diagnosis(statements, recording, arguments, benches.report.warnings)
+    if not arguments.save:
+        return 0
+    calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
+    save_or_print(calibration, arguments)
+    return 1 if calibration.unusable and not arguments.force else 0
 
 
 def _place(arguments: Namespace) -> Path:
@@ -246,27 +255,23 @@ def write_diagnosis(
     recording: "Recording",
     arguments: Namespace,
     warnings: Sequence[str] = (),
-) -> int:
-    """Write the diagnosis; the exit status is 1 when a sensor's data are insufficient."""
-    from imucal_wizard.diagnose.verdict import Verdict
+) -> None:
+    """Write the diagnosis, and the warnings to standard error."""
     from imucal_wizard.estimate.fit_warnings import said_better
 
     read = [one for one in recording.warnings if not said_better(one, warnings)]
     notes = list(dict.fromkeys([*read, *warnings]))
-    short = [one for one in statements if one.verdict is Verdict.INSUFFICIENT]
-    if arguments.json != STANDARD_OUT:
-        from imucal_wizard.report.bench_text import bench_text
-
-        say(bench_text(statements))
     if arguments.json:
         from imucal_wizard.report.bench_document import bench_document
 
         write_json(bench_document(statements, notes), arguments.json)
+    if arguments.json != STANDARD_OUT:
+        from imucal_wizard.report.bench_text import bench_text
+
+        say(bench_text(statements))
+        notes = without_refusals(notes, [one.sensor for one in statements])
     for warning in notes:
         note(f"warning: {warning}")
-    for one in short:
-        note(f"imucal-wizard: {one.sensor}: {one.lacking}")
-    return 1 if short else 0
 
 
 def base_terms(text: str) -> dict[str, tuple[str, ...]]:

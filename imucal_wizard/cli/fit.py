@@ -27,6 +27,7 @@ def parser() -> Parser:
         "Find the holds and rotations of a recording and fit the model. Files of "
         "one session are given together: those that hold different sensors become one, "
         "and those that hold the same ones, like one for each position, follow one another.",
+        "the data determine no calibration, or one that is worse than none",
     )
     add_methods(made)
     add_magnetometer(made)
@@ -45,7 +46,7 @@ def parser() -> Parser:
 
 
 def run(argv: Sequence[str]) -> int:
-    """Fit and report; the exit status is 1 if the data or the calibration are not usable."""
+    """Fit and report; the exit status is 1 if a sensor's calibration is worse than none."""
     arguments = parser().parse_args(argv)
     limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from imucal_wizard.core.errors import PlaceError, UsageError
+from imucal_wizard.core.notices import Notice
 
 _OBEYED = ("Cc", "Cf", "Cs", "Co")
 """Control, format (direction marks), surrogate and private characters."""
@@ -61,10 +62,21 @@ def sanitise(text: str | bytes, limit: int = 200) -> str:
 
 
 def encode_json(document: object) -> bytes:
-    """Indented JSON; the numbers read back to the same bits."""
+    """Indented JSON; the numbers read back to the same bits, and warnings as their text."""
     import msgspec
 
-    return msgspec.json.format(msgspec.json.encode(document), indent=1) + b"\n"
+    return msgspec.json.format(msgspec.json.encode(document, enc_hook=_text), indent=1) + b"\n"
+
+
+def _text(value: object) -> str:
+    """A warning of a kind as text.
+
+    Raises:
+        TypeError: it is something else, which JSON has no form for.
+    """
+    if isinstance(value, Notice):
+        return str(value)
+    raise TypeError(f"{type(value).__name__} cannot be written as JSON")
 
 
 def write_atomically(path: Path, data: bytes) -> None:

@@ -86,19 +86,20 @@ def lengths(vectors: "FloatArray") -> "FloatArray":
     return np.asarray(np.sqrt(x * x + y * y + z * z))
 
 
-def sphere_through(points: "FloatArray") -> "tuple[FloatArray, float] | None":
+def sphere_through(points: "FloatArray", least: float = 1e-6) -> "tuple[FloatArray, float] | None":
     """Centre and squared radius of the sphere nearest to points, by linear least squares.
 
     ``|z|² = 2 z·b + (r² − |b|²)`` is linear in b and the last bracket.
 
     Args:
         points: of the order of one, shape (n, 3).
+        least: smallest over largest singular value of the equations that may be solved.
 
     Returns:
         None where the points lie in a plane or do not bend like a sphere.
     """
     columns = np.column_stack([2.0 * points, np.ones(len(points))])
-    solution, _, rank, _ = np.linalg.lstsq(columns, (points**2).sum(axis=1), rcond=1e-6)
+    solution, _, rank, _ = np.linalg.lstsq(columns, (points**2).sum(axis=1), rcond=least)
     centre = solution[:3]
     square = float(solution[3] + centre @ centre)
     return None if rank < 4 or square <= 0.0 else (np.asarray(centre), square)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
@@ -98,7 +99,7 @@ class Diagnosis:
         """What is said of rests in which the sensor reads another mean, if it does not repeat."""
         if self.report is None or self.verdict is not Verdict.NOT_REPEATABLE:
             return ""
-        return self.report.rests_left_out.get(self.sensor, "")
+        return next(iter(self.report.warned(self.sensor, NoticeKind.RESTS_LEFT_OUT)), "")
 
     @property
     def suspects(self) -> tuple[Suspect, ...]:

@@ -14,6 +14,7 @@ from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
 MAX_SHARE_UNLIKE = 0.03
 """Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
@@ -48,6 +49,10 @@ class ExplainedVariance:
     def left(self) -> float:
         """What is left in all, rms over its degrees of freedom, in the same units as ``noise``."""
         return float(np.sqrt(np.mean(self.coordinates**2))) if len(self.coordinates) else 0.0
+
+    def lack_beside(self, inside: FloatArray) -> LackOfFit:
+        """Whether noise makes what is left beside these directions, see ``span``."""
+        return self._misfit.lack_beside(self._hypotheses.frame.across @ inside)
 
     @property
     def left_by_all(self) -> float:

@@ -102,7 +102,7 @@ def graded(
     for name in dict.fromkeys((*report.rates, *report.sensors)) if diagnoses else ():
         fit, diagnosis = report.sensors.get(name), diagnoses.get(name)
         if fit is None:
-            found[name] = Graded(name, Grade.NOT_USABLE, _no_fit(name, report))
+            found[name] = Graded(name, Grade.NOT_USABLE, report.why_not(name))
             continue
         limit = limits[name] * _limit_unit(fit, diagnosis)
         if fit.unusable:
@@ -146,14 +146,6 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
             leaves = quantity(least, fit.unit)
             return f"without the {diagnosis.by_method} method the same data leave {leaves}"
     return beyond_limit(error, diagnosis.could_be, limit, fit.unit)
-
-
-def _no_fit(sensor: str, report: FitReport) -> str:
-    """What the report says of a sensor without a calibration."""
-    notes = [note for note in report.notes(judged=True) if sensor in note]
-    nothing = f"the {sensor} is not calibrated"
-    reasons = [note for note in notes if nothing in note]
-    return next(iter(reasons + notes), f"{nothing}: these data do not determine it")
 
 
 def read_limits(path: Path) -> Limits:

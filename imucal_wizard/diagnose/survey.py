@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
@@ -163,10 +164,7 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
     except DataError as error:
         return insufficient(sensor, str(error), benches.report)
     if bench is None:
-        warnings = benches.report.warnings
-        reasons = [one for one in warnings if f"{sensor} is not calibrated" in one]
-        why = reasons[0] if reasons else f"the {sensor} is not calibrated"
-        return insufficient(sensor, why, benches.report)
+        return insufficient(sensor, benches.report.why_not(sensor), benches.report)
     for name in added:
         bench.add(name)
     waits = benches.waits(sensor)
@@ -189,7 +187,8 @@ def diagnosis_of(
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)
-    if verdict is Verdict.COMPLETE and bench.sensor in benches.report.rests_left_out:
+    rests = benches.report.warned(bench.sensor, NoticeKind.RESTS_LEFT_OUT)
+    if verdict is Verdict.COMPLETE and rests:
         # of what does not repeat the holds show only the part that does
         verdict = Verdict.NOT_REPEATABLE
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())

@@ -304,13 +304,12 @@ def judge_misfit(
     verdict, families = decide_verdict(evidence)
     if {*families} - {DISTURBED} and _beyond_all_effects(misfit, best):
         verdict, families = Verdict.UNEXPLAINED, ()
-    if {*families} - {DISTURBED} and _leaves_structure(misfit, hypotheses, best, families, lack):
+    if {*families} - {DISTURBED} and _leaves_structure(hypotheses, best, families, lack):
         verdict, families = nameless(lack), ()
     holds: tuple[int, ...] = ()
     if DISTURBED in families:
         families = tuple(one for one in families if one != DISTURBED)
-        accused = ordered(shares.by_hold)
-        holds = tuple(hold for hold, share in accused if share > MIN_ACCUSED) or (accused[0][0],)
+        holds = _accused(shares)
     if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
@@ -323,14 +322,7 @@ def judge_misfit(
     if verdict is Verdict.AMBIGUOUS and terms:
         every = (tuple(sorted(one)) for one in itertools.product(*terms))
         listed = (*listed, *(one for one in every if one not in listed))
-    # the same with something more is no other explanation
-    plain = [one for one in listed if not any({*other} < {*one} for other in listed)]
-    if verdict is Verdict.AMBIGUOUS and not families:
-        # explanations hold only where they leave no more than a name may leave
-        left = misfit.lack_beside(hypotheses.frame.across @ best.span(()))
-        if not left.within_noise and share_left(lack, left) > MAX_SHARE_LEFT_BY_NAME:
-            verdict = nameless(lack)
-    if verdict is Verdict.AMBIGUOUS and len(plain) < 2:
+    if verdict is Verdict.AMBIGUOUS and not _several_hold(listed, families, best, lack):
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
     first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
@@ -338,26 +330,27 @@ def judge_misfit(
     asked = families or (first,) * (share > MIN_PROBABLE)
     # two together fit much that is neither of them
     if len(asked) == 1 and not (heard is not None and heard.against_all):
-        left = misfit.lack_beside(hypotheses.frame.across @ best.own_span(asked[0]))
+        left = best.lack_beside(best.own_span(asked[0]))
         if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE:
             probable = terms[0] if terms else _within(shares, family_of, first)
+    decided = tuple(
+        family
+        for family, members in zip(families, terms, strict=True)
+        if heard is not None and len(_within(alone, family_of, family)) > len(members)
+    )
     return Opinion(
-        verdict,
-        families,
-        terms,
-        listed,
-        holds,
-        best.noise,
-        hypotheses.frame.wandering(best.coordinates),
-        lack,
-        evidence.shapeless,
-        probable,
-        heard,
-        tuple(
-            family
-            for family, members in zip(families, terms, strict=True)
-            if heard is not None and len(_within(alone, family_of, family)) > len(members)
-        ),
+        verdict=verdict,
+        families=families,
+        terms=terms,
+        explanations=listed,
+        holds=holds,
+        noise=best.noise,
+        wandering=hypotheses.frame.wandering(best.coordinates),
+        lack=lack,
+        shapeless=evidence.shapeless,
+        probable=probable,
+        heard=heard,
+        decided=decided,
     )
 
 
@@ -375,8 +368,32 @@ def _heard(
     return hearing((*asked, *(one for one in alike if one not in asked)))
 
 
+def _accused(shares: Shares) -> tuple[int, ...]:
+    """The holds or rotations that are probably disturbed, at least the likeliest one."""
+    by_share = ordered(shares.by_hold)
+    found = tuple(hold for hold, share in by_share if share > MIN_ACCUSED)
+    return found or (by_share[0][0],)
+
+
+def _several_hold(
+    listed: tuple[Terms, ...],
+    families: tuple[str, ...],
+    best: ExplainedVariance,
+    lack: LackOfFit,
+) -> bool:
+    """Whether more than one of the explanations holds, so that the data leave it open."""
+    # the same with something more is no other explanation
+    plain = [one for one in listed if not any({*other} < {*one} for other in listed)]
+    if len(plain) < 2:
+        return False
+    if families:
+        return True
+    # explanations hold only where they leave no more than a name may leave
+    left = best.lack_beside(best.span(()))
+    return left.within_noise or share_left(lack, left) <= MAX_SHARE_LEFT_BY_NAME
+
+
 def _leaves_structure(
-    misfit: WhitenedResiduals,
     hypotheses: HypothesisSet,
     best: ExplainedVariance,
     families: tuple[str, ...],
@@ -387,7 +404,7 @@ def _leaves_structure(
     What other effects explain of it is a matter of the next rung.
     """
     inside = best.span(families)
-    left = misfit.lack_beside(hypotheses.frame.across @ inside)
+    left = best.lack_beside(inside)
     if share_left(lack, left) <= MIN_SHARE_OF_UNKNOWN:
         return False
     beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)

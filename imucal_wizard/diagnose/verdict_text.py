@@ -6,6 +6,7 @@ measurements that would decide where these data do not.
 
 import numpy as np
 
+from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
@@ -21,7 +22,6 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measure
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, WRONG_READINGS
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -44,8 +44,6 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What may decide where still poses do not."""
-DEAD = "it is dead"
-"""What the warnings of an axis that shows nothing say."""
 FASTER = "faster rotations, for example on a rate table,"
 
 
@@ -55,7 +53,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     parts = _of_method(diagnosis) + _base_left_out(diagnosis)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
-    elif bench is not None and (wrong := _warnings(diagnosis, WRONG_READINGS)):
+    elif bench is not None and (wrong := _warnings(diagnosis, *_WRONG_HOLDS)):
         return " ".join([*parts, f"The error is {_against_noise(bench)}.", *wrong])
     elif bench is not None and diagnosis.rests_left_out:
         unlike = f"{_capital(diagnosis.rests_left_out)}."
@@ -431,24 +429,26 @@ def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _insufficient(diagnosis: Diagnosis) -> list[str]:
-    why = f"The {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
-    if diagnosis.lacking.startswith(f"the {diagnosis.sensor} is not calibrated"):
-        why = _capital(diagnosis.lacking)
-    sentences = [f"{why}."]
+    why = f"the {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
+    refused = of_kind([diagnosis.lacking], NoticeKind.NOT_CALIBRATED)
+    sentences = [f"{_capital(refused[0] if refused else why)}."]
     if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
         sentences.append(f"They determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
-    dead = _warnings(diagnosis, DEAD)[:1]
-    sentences = [*dead, *sentences, *_warnings(diagnosis, CLIPPING_ADVICE[diagnosis.sensor])]
-    return list(dict.fromkeys(sentences))
+    dead = _warnings(diagnosis, NoticeKind.DEAD)[:1]
+    return [*dead, *sentences, *_warnings(diagnosis, NoticeKind.CLIPPED, NoticeKind.CLIPPED_HOLDS)]
 
 
-def _warnings(diagnosis: Diagnosis, words: str) -> list[str]:
-    """The warnings of this sensor with these words."""
-    warnings = () if diagnosis.report is None else diagnosis.report.warnings
-    said = [one for one in warnings if diagnosis.sensor in one and words in one]
+_WRONG_HOLDS = (NoticeKind.CLIPPED_HOLDS, NoticeKind.STUCK_HOLDS)
+"""Warnings about holds whose readings are not those of the sensor."""
+
+
+def _warnings(diagnosis: Diagnosis, *kinds: NoticeKind) -> list[str]:
+    """The warnings of this sensor of these kinds, as sentences."""
+    report, sensor = diagnosis.report, diagnosis.sensor
+    said = [] if report is None else report.warned(sensor, *kinds)
     return [f"{_capital(one.removesuffix('.'))}." for one in said]
 
 

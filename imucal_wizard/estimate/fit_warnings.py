@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
+from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity, times_in_words
 from imucal_wizard.core.statistics import median
@@ -16,7 +17,6 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.model.effect import SENSORS
 
 RATE_MISTAKES = (
     (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
@@ -58,29 +58,31 @@ MISTAKEN_UNITS = (
 another: g or mg for m/s², m/s² for g."""
 
 
-def unit_notes(scale: float) -> list[str]:
+def unit_notes(scale: float) -> list[Notice]:
     """What explains an accelerometer's scale (true over read) that no sensor has."""
-    reads = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²"
-    for unit, size in MISTAKEN_UNITS:
-        if abs(np.log(scale * size)) < NEAR:
-            return [f"{reads}: the accelerations are in {unit}; give {unit} as their unit"]
-    if abs(np.log(scale)) > IMPLAUSIBLE_SCALE:
+    unit = next((unit for unit, size in MISTAKEN_UNITS if abs(np.log(scale * size)) < NEAR), "")
+    if unit:
+        advice = f"the accelerations are in {unit}; give {unit} as their unit"
+    elif abs(np.log(scale)) > IMPLAUSIBLE_SCALE:
         fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
-        return [f"{reads}: give the unit of the accelerations, or correct the range{fits}"]
-    return []
+        advice = f"give the unit of the accelerations, or correct the range{fits}"
+    else:
+        return []
+    text = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²: {advice}"
+    return [Notice(text, NoticeKind.SCALE, "accelerometer")]
 
 
-def _bias_notes(fit: SensorFit) -> list[str]:
+def _bias_notes(fit: SensorFit) -> list[Notice]:
     """What is said of an accelerometer whose scale is right and whose bias no sensor has."""
     axis = int(np.abs(fit.bias).argmax())
     size = float(fit.bias[axis])
     if fit.unusable or abs(size) <= IMPLAUSIBLE_SCALE * STANDARD_GRAVITY:
         return []
-    message = (
+    text = (
         f"the accelerometer's bias is {quantity(size, fit.bias_unit)} on the {AXES[axis]} axis, "
         "which no sound sensor has: check its column, its offset registers and its range"
     )
-    return [message]
+    return [Notice(text, NoticeKind.BIAS, fit.sensor)]
 
 
 def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[str]:
@@ -152,19 +154,17 @@ def _other_range(scale: float) -> list[str]:
 
 
 _OF_THE_FIT = {
-    "Gravity reads": ("gravity reads", "the accelerometer's bias is"),
-    **{
-        f"The readings of the {sensor} come in steps": (f"the {sensor}'s readings come in steps",)
-        for sensor in SENSORS
-    },
+    NoticeKind.GRAVITY_OF_SAMPLES: (NoticeKind.SCALE, NoticeKind.BIAS),
+    NoticeKind.STEPS_OF_SAMPLES: (NoticeKind.STEPS_OF_HOLDS,),
 }
-"""How a warning about the samples begins, and those about the same that the fit gives."""
+"""Warnings about the samples, and those about the same that the fit gives."""
 
 
 def said_better(note: str, notes: Sequence[str]) -> bool:
     """Whether the fit warns of what a check of the samples has noticed, by better numbers."""
-    found = [later for first, later in _OF_THE_FIT.items() if note.startswith(first)]
-    return any(other.startswith(later) for later in found for other in notes)
+    if not isinstance(note, Notice):
+        return False
+    return bool(of_kind(notes, *_OF_THE_FIT.get(note.kind, ()), sensor=note.sensor))
 
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
@@ -185,8 +185,9 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
         places = ", ".join(f"{one.time[0]:.1f} to {one.time[-1]:.1f} s" for one in clipped[:3])
         more = f" and {len(clipped) - 3} more" if len(clipped) > 3 else ""
         seconds = sum(seconds_at_end(one.time, one.rate) for one in clipped)
-        notes.append(
+        text = (
             f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
             f"for {seconds:.2g} s in all: {CLIPPING_ADVICE['gyroscope']}"
         )
+        notes.append(Notice(text, NoticeKind.CLIPPED, "gyroscope"))
     return notes

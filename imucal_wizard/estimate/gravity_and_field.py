@@ -330,25 +330,12 @@ def _heading_rows(
     )
     samples, _ = turned.between_means(known.holds, rest.carried)
     origin = first_time(known.holds, readings)
-    span = np.column_stack([[turn.time[0], turn.time[-1]] for turn in turns]).T
-    walk = (float(rest.per_second.mean()) + known.lost) * (span[:, 1] - span[:, 0])
+    labels = _labels(rotations, turns, origin)
+    walk = (float(rest.per_second.mean()) + known.lost) * np.diff(labels.span)[:, 0]
     rounded = turned.rounding_in_motion(known.holds).variance
     rounded = (rounded @ (start.matrix**2).T).mean(axis=1)
     noise = rest.end[before] + rest.end[after] + walk + rounded
     noise = np.maximum(noise, MIN_CLOSING_NOISE**2)
-    # each rotation is closed against gravity, too, and is left out as a whole
-    pairs = zip(rotations.before.tolist(), rotations.after.tolist(), strict=True)
-    places = {pair: place for place, pair in enumerate(pairs)}
-    group = np.array([places[turn.before, turn.after] for turn in turns])
-    labels = RowLabels(
-        index=rotations.usable[group],
-        axis=np.full(count, -1),
-        group=group,
-        visit=np.full(count, -1),
-        time=span.mean(axis=1) - origin,
-        span=span,
-        component=np.zeros(count, np.int64),
-    )
     by_gravity = GravityClosure(
         samples=samples,
         before=reference.up[before],
@@ -373,6 +360,32 @@ def _heading_rows(
     found = found.doubting(reference.doubt, reference.undetermined)
     by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
     return replace(found, noise=noise + by_magnetometer / found.level)
+
+
+def _labels(rotations: RotationSet, turns: Sequence[Segment], origin: float) -> RowLabels:
+    """Labels of one row for each turn, in the group of its closure against gravity.
+
+    Both closures of a rotation are left out together.
+
+    Args:
+        rotations: those of the fit by gravity, all turns among them.
+        turns: the gyroscope between holds.
+        origin: time that the times are counted from, s.
+    """
+    pairs = zip(rotations.before.tolist(), rotations.after.tolist(), strict=True)
+    places = {pair: place for place, pair in enumerate(pairs)}
+    group = np.array([places[turn.before, turn.after] for turn in turns])
+    span = np.array([[turn.time[0], turn.time[-1]] for turn in turns])
+    count = len(turns)
+    return RowLabels(
+        index=rotations.usable[group],
+        axis=np.full(count, -1),
+        group=group,
+        visit=np.full(count, -1),
+        time=span.mean(axis=1) - origin,
+        span=span,
+        component=np.zeros(count, np.int64),
+    )
 
 
 def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:

@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import strictly_later
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
@@ -160,7 +161,7 @@ def _none(rotations: Sequence[Rotation], why: str, besides: Sequence[str] = ()) 
         None,
         tuple(rotations),
         (None,) * len(rotations),
-        warnings=(*besides, f"the gyroscope is not calibrated: {why}"),
+        warnings=(*besides, not_calibrated("gyroscope", why)),
     )
 
 
@@ -187,8 +188,12 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
     noise = np.sqrt(density / median(steps))
     still = (spread <= SILENT_RATIO * noise) | (spread <= SILENT_SHARE * spread.max())
     return tuple(
-        f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, or "
-        "nothing turned about it"
+        Notice(
+            f"gyroscope axis {axis} reads the same while the device turns as at rest: it is dead, "
+            "or nothing turned about it",
+            NoticeKind.DEAD,
+            "gyroscope",
+        )
         for axis, silent in zip(AXES, still, strict=True)
         if silent
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median, sphere_through
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.measurement.holds import Hold
@@ -260,13 +260,8 @@ def _centre(means: FloatArray) -> FloatArray:
     reach = float(np.abs(away).max())
     if not 0.0 < reach < MAX_READING:
         return np.asarray(middle)
-    unit = away / reach
-    columns = np.column_stack([2.0 * unit, np.ones(len(unit))])
-    left, values, right = np.linalg.svd(columns, full_matrices=False)
-    if len(unit) < 4 or values[-1] < MIN_SPHERE * values[0]:
-        return np.asarray(middle)
-    solved = right.T @ ((left.T @ (unit**2).sum(axis=1)) / values)
-    return np.asarray(middle + reach * solved[:3])
+    found = sphere_through(away / reach, MIN_SPHERE)
+    return np.asarray(middle if found is None else middle + reach * found[0])
 
 
 def _pooled(values: FloatArray, freedom: int) -> float:

@@ -17,6 +17,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import NoticeKind, not_calibrated
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.units import COUNT, SI_UNIT
@@ -79,8 +80,6 @@ ENTRY_NAMES = {
     11: "bias_z",
 }
 """Parameter of each free entry of a triangular M and of b."""
-NOT_CALIBRATED = "the gyroscope is not calibrated"
-"""Beginning of the note that says why rotations alone do not calibrate it."""
 MAX_ASSIGNMENTS = 6
 """Fits after which the assignment of steps to rates no longer changes."""
 
@@ -385,7 +384,7 @@ def fit_with_table(
     except DataError as error:
         notes = readings.warnings
         if len(readings):
-            notes = (*notes, f"the accelerometer is not calibrated: {error}")
+            notes = (*notes, not_calibrated("accelerometer", error))
         report = FitReport(options.gravity, rates, (), (), {}, warnings=notes)
     force = _force_of(report, readings)
     gyroscope = report.sensors.get(GYROSCOPE)
@@ -393,7 +392,8 @@ def fit_with_table(
     if gyroscope is not None and gyroscope.experiment is not None:
         closures = cast("GyroscopeExperiment", gyroscope.experiment)
         found = with_rate_table(closures, data, series, force)
-    notes = tuple(text for text in report.warnings if not text.startswith(NOT_CALIBRATED))
+    refused = report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED)
+    notes = tuple(text for text in report.warnings if text not in refused)
     if found is None:
         found = fit_rate_table(data, series, readings, force)
     wrong: list[str] = []

@@ -12,6 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
@@ -148,17 +149,16 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units = _units(readings)
-    note = "" if options.rates or options.turns else _apart(apart, holds, readings)
+    on_table = options.rates or options.turns
     warnings = (
         *readings.warnings,
-        *([note] if note else []),
+        *([] if on_table else _apart(apart, holds, readings)),
         *axes_without_noise(holds, steps[0]),
         *rounding_warnings(holds, steps, _in_steps(readings, units)),
     )
-    report = fit_holds(
+    return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
-    return replace(report, rests_left_out={"gyroscope": note} if note else {})
 
 
 def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
@@ -170,24 +170,27 @@ def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
     }
 
 
-def _apart(rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings) -> str:
-    """Warning about rests in which the gyroscope reads another mean than in the holds, or ""."""
+def _apart(
+    rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings
+) -> list[Notice]:
+    """A warning if there are rests in which the gyroscope reads another mean than in the holds."""
     gyroscope, known = readings.gyroscope, [one.gyroscope for one in holds]
     usual = [one for one in known if one is not None]
     if not rests or gyroscope is None or not usual:
-        return ""
+        return []
     parts = [gyroscope.between(start, end).values for start, end in rests]
     means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
     if not len(means):
-        return ""
+        return []
     most = float(np.abs(means - np.median(usual, axis=0)).max())
     count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
     first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
-    return (
+    text = (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
         "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
         "was exchanged, or the device turned slowly, in the hand or on something that turns"
     )
+    return [Notice(text, NoticeKind.RESTS_LEFT_OUT, "gyroscope")]
 
 
 def _without(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:

@@ -1,13 +1,20 @@
 """The result of a fit: parameters with uncertainty, errors, and parameters not determined."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
+from imucal_wizard.core.notices import (
+    Notice,
+    NoticeKind,
+    not_calibrated,
+    of_kind,
+    without_refusals,
+)
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
@@ -389,8 +396,6 @@ class FitReport:
         warnings: what the user must know.
         outlier_notes: of each sensor the hold or rotation that does not fit with the others, in
             words. A verdict, which weighs every other explanation too, replaces them.
-        rests_left_out: what is said of rests in which a sensor reads another mean than in the
-            holds, by sensor; it is one of the warnings, too.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: alignment and clocks of the sensors, or None.
     """
@@ -406,7 +411,6 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
-    rests_left_out: dict[str, str] = field(default_factory=dict)
 
     @property
     def on_table(self) -> bool:
@@ -414,8 +418,25 @@ class FitReport:
         fit = self.sensors.get("gyroscope")
         return fit is not None and fit.frame == "own"
 
+    def warned(self, sensor: str, *kinds: NoticeKind) -> list[Notice]:
+        """The warnings about a sensor of these kinds."""
+        return of_kind(self.warnings, *kinds, sensor=sensor)
+
+    def why_not(self, sensor: str) -> Notice:
+        """Why a sensor has no calibration."""
+        reasons = self.warned(sensor, NoticeKind.NOT_CALIBRATED)
+        return reasons[0] if reasons else not_calibrated(sensor, "these data do not determine it")
+
     def notes(self, *, judged: bool) -> tuple[str, ...]:
         """What the user must know beside the verdicts, or where there are none."""
         worse = tuple(fit.unusable for fit in self.sensors.values() if fit.unusable)
         notes = (*worse, *self.warnings)
         return notes if judged else (*notes, *self.outlier_notes.values())
+
+    def notes_beside(self, judged: Collection[str]) -> tuple[str, ...]:
+        """The notes for a place that shows the verdicts, too, which say why there is no fit.
+
+        Args:
+            judged: sensors that have a verdict.
+        """
+        return tuple(without_refusals(self.notes(judged=bool(judged)), judged))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
@@ -103,7 +104,7 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
     return np.where(shift > single / median(count[:, 0]), out, np.nan)
 
 
-def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]) -> list[str]:
+def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]) -> list[Notice]:
     """A warning for each sensor whose steps, and not its noise, decide what an average is worth.
 
     Args:
@@ -124,10 +125,11 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
             advice = finer_steps(float(step.max()), units[sensor])
-            notes.append(
+            text = (
                 f"the {sensor}'s readings come in steps of {width}, larger than their noise: "
                 f"averages err by {error} however long the device is held still. {advice}"
             )
+            notes.append(Notice(text, NoticeKind.STEPS_OF_HOLDS, sensor))
     return notes
 
 

@@ -19,9 +19,9 @@ from imucal_wizard.guide.measurements import KeptRotation
 from imucal_wizard.guide.up_direction import UpEstimate
 from imucal_wizard.guide.wording import signed
 from imucal_wizard.measurement.clipping import (
-    CLIPPED_ROTATION,
     RateSegment,
     clipped_motions,
+    clipped_rotation,
     is_clipped,
 )
 from imucal_wizard.measurement.rotation_angle import integrated_rate
@@ -76,7 +76,7 @@ def reject_clipped(
     found = []
     for one, axis in zip(whole, clipped_motions(motions, unit, full_scale), strict=True):
         if axis is not None and one.problem is None:
-            one.problem = CLIPPED_ROTATION.format(axis=axis)
+            one.problem = clipped_rotation(axis)
             found.append(one)
     return found
 

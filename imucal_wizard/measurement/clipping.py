@@ -35,6 +35,7 @@ from imucal_wizard.core.limits.data_quality import (
     PLATEAU_BAND,
     SILENT_VARIANCE_SHARE,
 )
+from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
@@ -70,9 +71,11 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
         column = series.values[:, axis]
         for end in (float(column.max()), float(column.min())):
             if _is_end(column, end, sensor, series.unit, short=short):
-                return (
+                return Notice(
                     f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
-                    f"{series.unit}); its readings there are wrong: {CLIPPING_ADVICE[sensor]}."
+                    f"{series.unit}); its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
+                    NoticeKind.CLIPPED,
+                    sensor,
                 )
     return ""
 
@@ -125,13 +128,15 @@ def _flat_ends(motions: Sequence[FloatArray], rest: FloatArray) -> FloatArray | 
     return np.where(ends, extremes, np.array([[-np.inf], [np.inf]])) if ends.any() else None
 
 
-CLIPPED_ROTATION = "{axis} was clipped at the end of its range: turn more slowly"
-"""The problem of a rotation with a clipped axis, live and in a recording."""
+def clipped_rotation(axis: str) -> Notice:
+    """The problem of a rotation with a clipped axis, live and in a recording."""
+    text = f"{axis} was clipped at the end of its range: turn more slowly"
+    return Notice(text, NoticeKind.CLIPPED, "gyroscope")
 
 
 def is_clipped(problem: str | None) -> bool:
     """Whether the problem of a rotation is clipping."""
-    return problem is not None and problem.endswith(CLIPPED_ROTATION.partition("}")[2])
+    return problem is not None and bool(of_kind([problem], NoticeKind.CLIPPED))
 
 
 @dataclass(frozen=True, eq=False)
@@ -334,11 +339,7 @@ def _flat_top(values: FloatArray) -> bool:
     return False
 
 
-WRONG_READINGS = "these readings are wrong"
-"""Part of the warnings about holds whose readings are not those of the sensor."""
-
-
-def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
+def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
     """Warnings about accelerometer axes that repeat one reading without noise.
 
     At the end of the range they do so in every hold beyond it; elsewhere the converter skips codes,
@@ -366,11 +367,12 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
             there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
             count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
-                notes.append(
+                text = (
                     f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
-                    f"in {count} holds: the end of its range; {WRONG_READINGS}: "
+                    f"in {count} holds: the end of its range; these readings are wrong: "
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
+                notes.append(Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
                 silent &= ~there
         stuck = [hold for hold, quiet in zip(holds, silent, strict=True) if quiet]
         if stuck:
@@ -378,11 +380,12 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[str]:
             end = "this is the end of its range, " if at_end else ""
             places = ", ".join(f"{one.start:.1f} to {one.end:.1f} s" for one in stuck[:3])
             more = f" and {len(stuck) - 3} more" if len(stuck) > 3 else ""
-            notes.append(
+            text = (
                 f"the accelerometer's {AXES[axis]} axis does not change at all in the holds from "
                 f"{places}{more}: {end}its converter skips codes there, or the sensor repeated one "
-                f"reading; {WRONG_READINGS}: measure again, these holds at another angle"
+                "reading; these readings are wrong: measure again, these holds at another angle"
             )
+            notes.append(Notice(text, NoticeKind.STUCK_HOLDS, "accelerometer"))
     return notes
 
 

@@ -39,6 +39,7 @@ from imucal_wizard.core.limits.data_quality import (
     MIN_POSITION_RATIO,
     MIN_RESTS,
 )
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Readings, Series, across_restarts, distinct
@@ -122,9 +123,11 @@ def dead_axes(sensor: str, series: Series) -> str:
     spans = [np.ptp(column) for column in values.T]
     dead = [AXES[axis] for axis in range(3) if spans[axis] == 0.0]
     if dead and max(len(distinct(values[:, axis])) for axis in range(3)) > MAX_IDLE_VALUES:
-        return (
+        return Notice(
             f"The {sensor}'s {' and '.join(dead)} axis never changes: it is dead, or its column "
-            "is another one. Check the columns and the sensor."
+            "is another one. Check the columns and the sensor.",
+            NoticeKind.DEAD,
+            sensor,
         )
     for one, other in itertools.combinations(range(3), 2):
         if spans[one] > 0.0 and np.array_equal(values[:, one], values[:, other]):
@@ -172,8 +175,10 @@ def coarse_steps(sensor: str, series: Series, printed: float | None = None) -> s
         words = f"{step / STANDARD_GRAVITY * 1000:.2g} mg ({step * 1000:.3g} mm/s²)"
     else:
         words = f"{np.degrees(step):.2g} °/s"
-    return (
-        f"The readings of the {sensor} come in steps of {words}. {finer_steps(step, series.unit)}."
+    return Notice(
+        f"The readings of the {sensor} come in steps of {words}. {finer_steps(step, series.unit)}.",
+        NoticeKind.STEPS_OF_SAMPLES,
+        sensor,
     )
 
 
@@ -237,7 +242,8 @@ def _wrong_gravity(readings: Readings) -> str:
     if abs(size / STANDARD_GRAVITY - 1.0) < MAX_GRAVITY_ERROR:
         return ""
     advice = f"it looks like {likely}: set that unit" if likely else "correct the unit or the range"
-    return f"Gravity reads {size:.4g} m/s² instead of 9.81; {advice}."
+    text = f"Gravity reads {size:.4g} m/s² instead of 9.81; {advice}."
+    return Notice(text, NoticeKind.GRAVITY_OF_SAMPLES, "accelerometer")
 
 
 def _gravity_at_rest(series: Series) -> float | None:

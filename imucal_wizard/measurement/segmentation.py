@@ -54,7 +54,7 @@ from imucal_wizard.measurement.blocks import (
     join_blocks,
     resample_gyroscope,
 )
-from imucal_wizard.measurement.clipping import CLIPPED_ROTATION, RateSegment, clipped_motions
+from imucal_wizard.measurement.clipping import RateSegment, clipped_motions, clipped_rotation
 from imucal_wizard.measurement.holds import (
     Hold,
     Rests,
@@ -415,13 +415,9 @@ def rotations_between(
         )
         for one in whole
     ]
-    axes = dict(zip(map(id, whole), clipped_motions(motions, gyroscope.unit), strict=True))
-    return [
-        one
-        if axes.get(id(one)) is None
-        else replace(one, problem=CLIPPED_ROTATION.format(axis=axes[id(one)]))
-        for one in rotations
-    ]
+    axes = zip(map(id, whole), clipped_motions(motions, gyroscope.unit), strict=True)
+    clipped = {key: clipped_rotation(axis) for key, axis in axes if axis is not None}
+    return [replace(one, problem=clipped.get(id(one), one.problem)) for one in rotations]
 
 
 def _same_rest(before: Hold, after: Hold, gravity: float) -> bool:

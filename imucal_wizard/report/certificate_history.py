@@ -33,7 +33,7 @@ def item_history(history: DeviceHistory | None, calibration: Calibration) -> dic
             for name, one in parameters.items()
             if one.per_month is not None
         ],
-        "notes": [text for text in drift_notes(history, drifts) if not text.startswith("▸")],
+        "notes": drift_notes(history, drifts, marked=False),
     }
 
 

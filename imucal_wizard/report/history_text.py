@@ -221,15 +221,21 @@ def drift_cells(one: Drift) -> tuple[str, str, str]:
 
 
 def drift_notes(
-    history: DeviceHistory, found: Mapping[str, Mapping[str, Drift]]
+    history: DeviceHistory, found: Mapping[str, Mapping[str, Drift]], *, marked: bool = True
 ) -> tuple[str, ...]:
-    """What to know of the drifts, in sentences."""
+    """What to know of the drifts, in sentences.
+
+    Args:
+        history: of the device.
+        found: its drifts.
+        marked: with the meaning of the marks of a table.
+    """
     each = [one for parameters in found.values() for one in parameters.values()]
     dates, notes = max((one.dates for one in each), default=0), []
     if any(one.per_month is not None for one in each):
         if dates == 2:
             notes.append("two dates only: the difference may be turn-on spread as well as drift")
-        else:
+        elif marked:
             notes.append(f"▸ p < {MARKED:g}; spread: from date to date, beyond the standard errors")
     elif dates:
         notes.append("no drift yet: it takes calibrations of two days")

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 
 from imucal_wizard.acquire.intake import Intake
-from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
+from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER, NO_ACCELEROMETER
 from imucal_wizard.guide.kinds import EventKind, StepKind
 
 MAX_SILENCE_SECONDS = 3.0
@@ -65,7 +65,7 @@ class LinkHealth:
         if self._silent >= MAX_SILENCE_SECONDS:
             return f"no data for {int(self._silent)} s: {_SILENT}"
         if intake.needs == NEEDS_ACCELEROMETER:
-            return "the stream has no accelerations: print ax, ay and az, too"
+            return NO_ACCELEROMETER
         if intake.needs:
             return f"the stream does not state its {', '.join(intake.needs)}: enter it"
         return ""

@@ -15,7 +15,7 @@ from imucal_wizard.acquire.files import SUFFIX
 from imucal_wizard.core.dates import seconds_of
 from imucal_wizard.core.input import MAX_DOCUMENT_BYTES
 from imucal_wizard.core.output import encode_json, sanitise
-from imucal_wizard.sessions.session_list import session_info
+from imucal_wizard.sessions.session_list import to_be_resumed
 
 CALIBRATIONS = b"imucal-wizard/calibration/"
 """Beginning of the schema of calibration files."""
@@ -200,7 +200,7 @@ def _forget(connection: sqlite3.Connection, name: bytes) -> None:
 
 def _add_session(connection: sqlite3.Connection, name: bytes, path: Path) -> bool:
     """Read a session; False if another program writes it, or it cannot be read."""
-    info = session_info(path)
+    info = to_be_resumed(path)
     connection.execute(
         "INSERT INTO session VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
         (

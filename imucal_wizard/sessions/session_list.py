@@ -90,9 +90,31 @@ def session_info(path: Path) -> SessionInfo:
         with explain_damage(path), closing(session_file.connect(path)) as connection:
             return _read(path, connection)
     except SessionError as error:
-        return SessionInfo(
-            path, created=_changed(path), problem=without_control_characters(str(error))
-        )
+        return SessionInfo(path, created=_changed(path), problem=_in_words(error))
+
+
+def to_be_resumed(path: Path) -> SessionInfo:
+    """The same; while a program writes it, the reason why it cannot be resumed.
+
+    Args:
+        path: a file to which this program has no connection.
+    """
+    info = session_info(path)
+    if info.problem:
+        return info
+    try:
+        with explain_damage(path):
+            writer = session_file.being_written(path)
+    except SessionError as error:
+        return dataclasses.replace(info, problem=_in_words(error))
+    if writer is None:
+        return info
+    problem = _in_words(session_file.session_error(path, writer))
+    return dataclasses.replace(info, problem=problem, busy=True)
+
+
+def _in_words(error: SessionError) -> str:
+    return without_control_characters(str(error))
 
 
 def _changed(path: Path) -> float:
@@ -103,15 +125,6 @@ def _changed(path: Path) -> float:
 
 
 def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
-    problem = ""
-    connection.execute("PRAGMA busy_timeout = 0")
-    try:
-        connection.execute("BEGIN IMMEDIATE")  # refused while it is being written
-        connection.execute("ROLLBACK")
-    except sqlite3.OperationalError as error:
-        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:
-            raise
-        problem = without_control_characters(str(session_file.session_error(path, error)))
     about = session_file.read_meta(connection)
     ends = [
         connection.execute(f"SELECT arrival FROM raw ORDER BY id {way} LIMIT 1").fetchone()  # noqa: S608 - own words
@@ -128,7 +141,5 @@ def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
         sanitise(str(about.get("step", ""))),
         0.0 if first is None or last is None else max(0.0, last - first),
         holds,
-        problem,
-        bool(problem),
-        session_file.read_description(connection),
+        description=session_file.read_description(connection),
     )

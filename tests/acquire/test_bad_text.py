@@ -6,6 +6,7 @@ from imucal_wizard.acquire.detect import BAUDS, GarbageDetector
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
 from imucal_wizard.acquire.setup import StreamSetup, named_columns
+from imucal_wizard.run.link_health import LinkHealth
 from tests.acquire.streams import HEADER, at_rest, contract, feed, printed, read, warned
 
 
@@ -43,6 +44,8 @@ def test_a_magnetometer_alone_is_told_that_the_steps_need_gravity() -> None:
     rows = printed(at_rest(100)[:, [0, 4, 5, 6]])
     intake, _ = read(b"t[s],mx[uT],my[uT],mz[uT]\r\n" + rows)
     assert intake.needs == NEEDS_ACCELEROMETER
+    problem = LinkHealth().problem(intake, "")
+    assert f"{problem[:1].upper()}{problem[1:]}." in " ".join(intake.warnings)
     assert "gravity is the reference" in intake.warnings[0]
     assert "from a recording" in intake.warnings[0]
 

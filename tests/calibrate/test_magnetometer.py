@@ -189,7 +189,19 @@ def test_the_bench_of_a_recording_without_accelerometer_says_so(
 ) -> None:
     """The magnetometer alone stands on it; two circles are too few for that."""
     path = write(tmp_path / "field.csv", readings()[:2000], "uT")
-    assert cli.main(["bench", str(path)]) == 1
-    warnings = capsys.readouterr().err
-    assert "no accelerometer" in warnings
-    assert "do not determine the off-diagonal soft iron" in warnings
+    assert cli.main(["bench", str(path)]) == 0, "a verdict is a result"
+    said = capsys.readouterr()
+    assert "MAGNETOMETER  INSUFFICIENT" in said.out
+    assert f"{said.out}{said.err}".count("has no accelerometer") == 1
+    assert said.err.count("do not determine the off-diagonal soft iron") == 1
+
+
+def test_the_fit_of_a_magnetometer_alone_says_once_that_there_is_no_accelerometer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a verdict; without verdicts as a warning."""
+    path = str(write(tmp_path / "field.csv", readings()[:2000], "uT"))
+    for options in ([], ["--no-verdict"]):
+        assert cli.main(["fit", path, *options]) == 0
+        said = " ".join(capsys.readouterr().out.split())
+        assert said.count("accelerometer is not calibrated") == 1

@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.gyroscope_report import silent_axes
@@ -374,7 +375,7 @@ def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
     report = fit_readings(with_gyroscope(session(), jump))
     assert len(report.holds) < len(fit_readings(session()).holds)
     assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
-    assert report.rests_left_out["gyroscope"] in report.warnings
+    assert report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
 
 
 def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> None:

@@ -177,11 +177,14 @@ def test_an_effect_of_ones_own_is_a_suspect_like_any_other(
     assert abs(found["value"] - 5.0 * 9.80665) < 4.5 * found["standard_error"]
 
 
-def test_too_few_directions_are_insufficient_with_exit_status_one_and_words(
+def test_too_few_directions_are_insufficient_in_words(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """No model is carried; the poses needed are listed."""
-    said = bench_json(capsys, str(flat_recording(tmp_path)), status=1)["accelerometer"]
+    """No model is carried; the poses needed are listed. There is nothing to save."""
+    path = str(flat_recording(tmp_path))
+    said = bench_json(capsys, path)["accelerometer"]
+    bench_json(capsys, path, "--save", str(tmp_path / "cal.json"), status=1)
+    assert not (tmp_path / "cal.json").exists()
     assert said["verdict"] == "insufficient"
     assert said["model"] == said["ladder"] == said["suspects"] == []
     assert "six" in said["says"]

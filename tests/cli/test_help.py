@@ -38,6 +38,16 @@ def test_only_available_options_are_offered() -> None:
     }
 
 
+def test_the_help_of_fit_and_bench_says_what_the_exit_status_means(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for command in ("fit", "bench"):
+        with pytest.raises(SystemExit):
+            cli.main([command, "--help"])
+        said = " ".join(capsys.readouterr().out.split())
+        assert "Exit status: 0 done, whatever the verdict; 1 the data " in said
+
+
 def test_the_first_help_names_every_command(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["--help"]) == 0
     said = capsys.readouterr().out

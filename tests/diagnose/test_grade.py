@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.notices import not_calibrated
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport, unchecked_scale, worse_than_none
@@ -40,7 +41,7 @@ def without(sensor: str) -> FitReport:
     """A report in which a sensor that was measured has no calibration."""
     known = report()
     sensors = {name: fit for name, fit in known.sensors.items() if name != sensor}
-    return replace(known, sensors=sensors, warnings=(f"the {sensor} is not calibrated: too few",))
+    return replace(known, sensors=sensors, warnings=(not_calibrated(sensor, "too few"),))
 
 
 def test_a_sensor_without_a_calibration_is_not_usable() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.notices import begun
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -24,7 +25,8 @@ from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.measurement.clipping import CLIPPED_ROTATION
+from imucal_wizard.measurement.clipping import clipped_rotation
+from imucal_wizard.measurement.data_quality import dead_axes
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
@@ -300,10 +302,21 @@ def test_the_gyroscope_keeps_its_effects_when_the_accelerometers_model_changes()
     assert after.fit.model[-1] == "g-sensitivity"
 
 
+def test_a_file_that_is_named_like_a_sensor_is_not_taken_for_it() -> None:
+    """The warnings of several files begin with the name of each."""
+    report, readings = fitted(rotations=3)
+    series = readings.accelerometer
+    dead = replace(series, values=series.values * np.array([0.0, 1.0, 1.0]))
+    warning = begun("gyroscope.csv: ", dead_axes("accelerometer", dead))
+    warned = replace(report, warnings=(warning,))
+    assert "it is dead" in insufficient("accelerometer", "add holds", warned).says
+    assert "it is dead" not in insufficient("gyroscope", "add rotations", warned).says
+
+
 def test_rotations_that_clipped_are_not_asked_for_again_as_they_were() -> None:
     """More rotations alone would clip as well."""
     report, _ = fitted(rotations=3)
-    clipped = CLIPPED_ROTATION.format(axis="x")
+    clipped = clipped_rotation("x")
     turned = tuple(replace(one, problem=clipped) for one in report.rotations)
     warned = replace(report, rotations=turned, warnings=tuple(rotation_warnings(turned)))
     said = insufficient("gyroscope", "add rotations", warned)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.survey import diagnosis_of
@@ -35,7 +36,8 @@ def test_rests_that_are_left_out_make_no_complete_model() -> None:
     """What is left repeats; the rests that are left out say that the sensor does not."""
     report, readings = fitted(rotations=2)
     rests = "in 9 rests the gyroscope's mean is up to 9.0 °/s off: its bias jumped or drifted"
-    told = replace(report, rests_left_out={"gyroscope": rests})
+    notice = Notice(rests, NoticeKind.RESTS_LEFT_OUT, "gyroscope")
+    told = replace(report, warnings=(*report.warnings, notice))
     benches = Benches(told, readings)
     bench = benches.bench("gyroscope")
     assert bench is not None

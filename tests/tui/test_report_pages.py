@@ -10,6 +10,7 @@ import pytest
 from rich.console import Group
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated
 from imucal_wizard.core.quantities import value_and_error
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.estimate.comparison import MethodRow, method_rows
@@ -99,7 +100,7 @@ def test_iron_known_to_six_decimals_leaves_a_blank_between_columns(aligned: FitR
 
 def test_a_magnetometer_without_result_is_named_at_the_top(aligned: FitReport) -> None:
     """Nobody scrolls past the plots to what is not there."""
-    why = "the magnetometer is not calibrated: the device does not turn"
+    why = not_calibrated("magnetometer", "the device does not turn")
     sensors = {name: fit for name, fit in aligned.sensors.items() if name != "magnetometer"}
     report = replace(
         aligned, sensors=sensors, magnetic=None, second_stage=None, warnings=("steel passed", why)
@@ -240,7 +241,8 @@ async def test_without_a_magnetometer_the_key_says_what_it_takes() -> None:
 async def test_sensors_that_are_not_aligned_have_no_heading(
     turned: Readings, aligned: FitReport
 ) -> None:
-    why = "the magnetometer stays in its own frame: 3 still positions are too few"
+    text = "the magnetometer stays in its own frame: 3 still positions are too few"
+    why = Notice(text, NoticeKind.NOT_ALIGNED, "magnetometer")
     report = replace(aligned, second_stage=None, warnings=(why,))
     source = fakes.FakeSource(RESULT, in_hold(turned, aligned, 0))
     app = WizardApp(with_report(source, report), None, VIRTUAL)

@@ -32,6 +32,7 @@ from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
+from imucal_wizard.core.notices import begun
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
 from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
@@ -460,7 +461,7 @@ def _merged(
     warnings: list[str] = []
     for path, one in zip(paths, samples, strict=True):
         prefix = f"{without_control_characters(path.name)}: " if len(paths) > 1 else ""
-        warnings += [prefix + text for text in one.warnings]
+        warnings += [begun(prefix, text) for text in one.warnings]
         for sensor, found in one.series.items():
             if sensor in _BESIDE and sensor in series:
                 continue

@@ -12,8 +12,9 @@ import math
 import os
 import shlex
 import sqlite3
+import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +33,10 @@ DESCRIBE_COMMAND = "describe"
 """Name of the command that states the device; it does not change the procedure."""
 _ROWS_AT_ONCE = 256
 _BUSY_SECONDS = 0.5
-"""How long opening a session waits for another program that is writing it."""
+"""How long opening a session waits for another program that is writing it. A commit, the disk
+included, usually ends sooner."""
+_BETWEEN_TRIES = 0.005
+"""Seconds between two tries of a lock."""
 
 SESSION_TABLES = """
 CREATE TABLE meta (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -86,6 +90,8 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
     if not is_session(path):
         raise SessionError(f"{path} is not a session of this program; give an {SUFFIX} file")
     with explain_errors(path), ExitStack() as on_failure:
+        if writes:
+            _wait_for_writer(path)
         connection = sqlite3.connect(
             path.absolute().as_uri() if writes else _address(path),
             timeout=_BUSY_SECONDS,
@@ -97,6 +103,62 @@ def connect(path: Path, *, writes: bool = False) -> sqlite3.Connection:
         _identify(connection, path)
         on_failure.pop_all()
     return connection
+
+
+def _wait_for_writer(path: Path) -> None:
+    """Wait until no program writes a session.
+
+    Raises:
+        sqlite3.Error: one goes on writing it, or it cannot be read.
+    """
+    end = time.monotonic() + _BUSY_SECONDS
+    while (refused := being_written(path)) is not None:
+        if time.monotonic() > end:
+            raise refused
+        time.sleep(_BETWEEN_TRIES)
+
+
+def being_written(path: Path) -> sqlite3.OperationalError | None:
+    """The error that refuses a second writer while a program writes a session, or None.
+
+    A writer releases its lock between two commits. While another connection to the session is open,
+    the lock is therefore tried for as long as that takes.
+
+    Args:
+        path: a session; this program has no connection to it.
+
+    Raises:
+        sqlite3.Error: the file cannot be read.
+    """
+    if not os.access(path, os.W_OK):  # it can only be read here, whoever writes it
+        return None
+    end = time.monotonic() + _BUSY_SECONDS
+    with closing(sqlite3.connect(_address(path), 0.0, isolation_level=None, uri=True)) as database:
+        database.execute("PRAGMA locking_mode = EXCLUSIVE")
+        if _refused(database, "SELECT count(*) FROM sqlite_master") is None:
+            return None  # nobody else has it open
+        database.execute("PRAGMA locking_mode = NORMAL")
+        while (refused := _refused(database, "BEGIN IMMEDIATE")) is None:
+            database.execute("ROLLBACK")
+            if time.monotonic() > end:
+                return None
+            time.sleep(_BETWEEN_TRIES)
+        return refused
+
+
+def _refused(database: sqlite3.Connection, statement: str) -> sqlite3.OperationalError | None:
+    """The error of a statement that another connection refuses.
+
+    Raises:
+        sqlite3.Error: it fails for another reason.
+    """
+    try:
+        database.execute(statement)
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF != sqlite3.SQLITE_BUSY:
+            raise
+        return error
+    return None
 
 
 def _address(path: Path) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import not_calibrated
 from imucal_wizard.core.readings import BoolArray, Readings, Series
 from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of
@@ -54,7 +55,7 @@ def with_magnetometer(
     except DataError as error:
         if found is None:
             raise DataError(f"{error}. {why[:1].upper()}{why[1:]}") from error
-        notes = (*warnings, f"the accelerometer is not calibrated: {error}")
+        notes = (*warnings, not_calibrated("accelerometer", error))
         report = FitReport(gravity, {}, (), (), {}, warnings=notes)
     return added(report, series, found, why)
 
@@ -120,7 +121,7 @@ def _tried(magnetic: Fit) -> tuple[MagnetometerFit | None, str]:
     try:
         return magnetic(), ""
     except DataError as error:
-        return None, f"the magnetometer is not calibrated: {error}"
+        return None, not_calibrated("magnetometer", error)
 
 
 def _rate(series: Series) -> float:

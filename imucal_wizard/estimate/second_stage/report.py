@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.gravity_and_field import (
     Segment,
@@ -50,7 +51,8 @@ def with_second_stage(
     try:
         return _second_stage(report, series, turns, found)
     except DataError as error:
-        note = f"the magnetometer stays in its own frame: {error}"
+        text = f"the magnetometer stays in its own frame: {error}"
+        note = Notice(text, NoticeKind.NOT_ALIGNED, "magnetometer")
         return replace(report, warnings=(*report.warnings, note))
 
 

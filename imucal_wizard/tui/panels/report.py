@@ -8,6 +8,7 @@ from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import (
     decimals,
     fixed,
@@ -37,8 +38,6 @@ from imucal_wizard.tui.widgets.big_text import dots, half_blocks
 _ERROR = {"accelerometer": "|a|", "gyroscope": "closure", "magnetometer": "|m|"}
 """The quantity whose error is shown: a magnitude, or the closure of a rotation."""
 _EACH = {"gyroscope": "rotation", "magnetometer": "direction"}
-_NO_RESULT = "is not calibrated"
-"""Part of the warning about a sensor that the data do not determine."""
 _PLOT_ROWS = 8
 _SOFT = ("xx", "xy", "xz"), ("", "yy", "yz"), ("", "", "zz")
 """Entries of the symmetric matrix that are shown."""
@@ -54,9 +53,9 @@ def fit_summary(
         diagnoses: of each sensor; empty while they are not known.
         grades: of each sensor, the same.
     """
-    notes = report.notes(judged=bool(diagnoses))
-    refused = [text for text in dict.fromkeys(notes) if _NO_RESULT in text]
-    warnings = [text for text in notes if _NO_RESULT not in text]
+    notes = report.notes_beside(diagnoses)
+    refused = list(dict.fromkeys(of_kind(notes, NoticeKind.NOT_CALIBRATED)))
+    warnings = [text for text in notes if text not in refused]
     for fit in report.sensors.values():
         warnings += [f"{fit.sensor}: {text}" for text in fit.warnings]
     parts: list[RenderableType] = [

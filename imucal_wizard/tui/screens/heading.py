@@ -8,6 +8,7 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import number, true_minus, unit_sign
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass
@@ -131,7 +132,8 @@ def no_heading_rows(report: FitReport, width: int) -> list[Line]:
         rows = wrapped("There is no heading without a calibrated magnetometer.", width, "warn")
     else:
         rows = wrapped("The magnetometer is not aligned with the device yet.", width, "warn")
-    for text in (text for text in report.warnings if "magnetometer" in text):
+    kinds = NoticeKind.NOT_CALIBRATED, NoticeKind.NOT_ALIGNED
+    for text in report.warned("magnetometer", *kinds):
         rows += wrapped(f"▲ {text}", width, "", indent="  ")
     return [*rows, line(""), *wrapped(_TAKES, width)]
 

@@ -1,0 +1,97 @@
+"""Warnings that other parts of the program ask for, by their kind."""
+
+from collections.abc import Collection, Iterable, Sequence
+from enum import Enum, auto
+from typing import Self
+
+
+class NoticeKind(Enum):
+    """What a warning is about."""
+
+    NOT_CALIBRATED = auto()
+    """The data do not determine a calibration of the sensor."""
+    NOT_ALIGNED = auto()
+    """The sensor stays in its own frame."""
+    DEAD = auto()
+    """An axis shows nothing."""
+    CLIPPED = auto()
+    """Samples or rotations reach the end of the range."""
+    CLIPPED_HOLDS = auto()
+    """Holds are at the end of the range."""
+    STUCK_HOLDS = auto()
+    """In some holds an axis repeats one reading."""
+    RESTS_LEFT_OUT = auto()
+    """In some rests the sensor reads another mean than in the holds; they are left out."""
+    GRAVITY_OF_SAMPLES = auto()
+    """The samples at rest show a size of gravity that does not fit the unit."""
+    SCALE = auto()
+    """The fit shows a scale that does not fit the unit or the range."""
+    BIAS = auto()
+    """The fit shows a bias that no sensor has."""
+    STEPS_OF_SAMPLES = auto()
+    """The samples come in coarse steps."""
+    STEPS_OF_HOLDS = auto()
+    """The steps decide what the mean of a hold is worth."""
+
+
+class Notice(str):
+    """A warning with its kind.
+
+    It is a text, so that a list of warnings remains a list of texts: most of them are only shown.
+
+    Attributes:
+        kind: what it is about.
+        sensor: whose it is.
+    """
+
+    __slots__ = ("kind", "sensor")
+    kind: NoticeKind
+    sensor: str
+
+    def __new__(cls, text: str, kind: NoticeKind, sensor: str) -> Self:
+        """A text of a kind."""
+        made = super().__new__(cls, text)
+        made.kind, made.sensor = kind, sensor
+        return made
+
+    def __reduce__(self) -> tuple[type, tuple[str, NoticeKind, str]]:
+        """For the checkpoint of a session."""
+        return type(self), (str(self), self.kind, self.sensor)
+
+
+def not_calibrated(sensor: str, why: object) -> Notice:
+    """The warning about a sensor whose calibration the data do not determine."""
+    return Notice(f"the {sensor} is not calibrated: {why}", NoticeKind.NOT_CALIBRATED, sensor)
+
+
+def of_kind(warnings: Iterable[str], *kinds: NoticeKind, sensor: str = "") -> list[Notice]:
+    """The warnings of these kinds.
+
+    Args:
+        warnings: with and without a kind.
+        kinds: those wanted.
+        sensor: whose; every sensor's if left out.
+    """
+    return [
+        one
+        for one in warnings
+        if isinstance(one, Notice) and one.kind in kinds and sensor in ("", one.sensor)
+    ]
+
+
+def without_refusals(warnings: Sequence[str], judged: Collection[str]) -> list[str]:
+    """The warnings that verdicts shown beside them do not repeat.
+
+    Args:
+        warnings: all of them.
+        judged: sensors with a verdict, which says why the sensor is not calibrated.
+    """
+    refusals = of_kind(warnings, NoticeKind.NOT_CALIBRATED)
+    said = {one for one in refusals if one.sensor in judged}
+    return [one for one in warnings if one not in said]
+
+
+def begun(prefix: str, warning: str) -> str:
+    """A warning with words before it, of the same kind."""
+    text = prefix + warning
+    return Notice(text, warning.kind, warning.sensor) if isinstance(warning, Notice) else text

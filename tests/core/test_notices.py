@@ -1,0 +1,39 @@
+"""Warnings with a kind."""
+
+import json
+import pickle
+
+import pytest
+
+from imucal_wizard.core.notices import Notice, NoticeKind, begun, not_calibrated, of_kind
+from imucal_wizard.core.output import encode_json
+
+DEAD = Notice("the gyroscope's x axis never changes", NoticeKind.DEAD, "gyroscope")
+
+
+def test_a_warning_is_found_by_kind_and_sensor_and_not_by_its_words() -> None:
+    plain = "the gyroscope's x axis never changes, either"
+    other = Notice("as the gyroscope", NoticeKind.DEAD, "accelerometer")
+    refused = not_calibrated("gyroscope", "too few rotations")
+    found = [plain, DEAD, other, refused]
+    assert of_kind(found, NoticeKind.DEAD, sensor="gyroscope") == [DEAD]
+    assert of_kind(found, NoticeKind.DEAD) == [DEAD, other]
+    assert of_kind(found, NoticeKind.NOT_CALIBRATED) == [refused]
+    assert refused == "the gyroscope is not calibrated: too few rotations"
+
+
+def test_words_before_a_warning_leave_its_kind() -> None:
+    (found,) = of_kind([begun("a.csv: ", DEAD)], NoticeKind.DEAD, sensor="gyroscope")
+    assert found == f"a.csv: {DEAD}"
+    assert type(begun("a.csv: ", "no kind")) is str
+
+
+def test_a_checkpoint_keeps_the_kind() -> None:
+    kept = pickle.loads(pickle.dumps(DEAD))  # noqa: S301 (of this test)
+    assert (kept, kept.kind, kept.sensor) == (DEAD, NoticeKind.DEAD, "gyroscope")
+
+
+def test_a_document_holds_the_text() -> None:
+    assert json.loads(encode_json({"warnings": [DEAD]})) == {"warnings": [str(DEAD)]}
+    with pytest.raises(TypeError, match="complex"):
+        encode_json([1j])
