@@ -35,7 +35,7 @@ from imucal_wizard.estimate.slow_noise import (
     slow_rate,
     spans_of,
 )
-from imucal_wizard.estimate.slow_rests import Rests, long_rest
+from imucal_wizard.estimate.slow_rests import RestPieces, long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
@@ -425,7 +425,7 @@ class GyroscopeExperiment(Movable):
 
 
 def in_session_by_rests(
-    found: Minimum[Experiment], resting: Sequence[Hold], rest: Rests | None = None
+    found: Minimum[Experiment], resting: Sequence[Hold], rest: RestPieces | None = None
 ) -> FloatArray | None:
     """Covariance of M and b, (12, 12), the bias being its mean over the session.
 
@@ -495,7 +495,7 @@ class _Rests:
             found.white_variance[count:],
         )
 
-    def slow_errors(self, rest: Rests | None) -> SlowErrors | None:
+    def slow_errors(self, rest: RestPieces | None) -> SlowErrors | None:
         """Estimated from the residuals; None where nothing is left to judge by."""
         if self._found.balance.freedom.min() < 1.0:
             return None

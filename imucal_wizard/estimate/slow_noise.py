@@ -16,7 +16,7 @@ from imucal_wizard.estimate.slow_kernels import (
     relaxed,
     walked,
 )
-from imucal_wizard.estimate.slow_rests import Rests
+from imucal_wizard.estimate.slow_rests import RestPieces
 from imucal_wizard.measurement.holds import Hold
 
 MIN_REPEATS_OF_POSES = 4
@@ -53,7 +53,7 @@ def estimate_slow_errors(
     spans: FloatArray,
     fitted: Sequence[Fitted],
     measured: bool,
-    rests: Rests | None = None,
+    rests: RestPieces | None = None,
     between: Between | None = None,
 ) -> SlowErrors | None:
     """Tell slow errors from what fits leave.
@@ -226,7 +226,7 @@ def in_session(
     spans: FloatArray,
     fitted: Sequence[Fitted],
     measured: bool,
-    rests: Rests | None = None,
+    rests: RestPieces | None = None,
     between: Between | None = None,
 ) -> FloatArray | None:
     """Covariance of the parameters, the bias being its mean over the session, shape (k, k).

@@ -21,7 +21,7 @@ MOMENTS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Rests:
+class RestPieces:
     """Rests in one direction each, cut into pieces.
 
     Attributes:
@@ -76,7 +76,7 @@ class Rests:
         return len(self.rest)
 
 
-def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Rests | None:
+def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> RestPieces | None:
     """The longest rest of a recording, if it is long enough to show slow noise.
 
     Args:
@@ -103,7 +103,7 @@ def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Rest
     if not (white > 0.0).all():
         return None
     edges = longest.start + seconds / count * np.arange(count + 1)
-    return Rests(
+    return RestPieces(
         spans=np.column_stack([edges[:-1], edges[1:]]),
         means=pieces.T,
         white=np.tile(white, (count, 1)),

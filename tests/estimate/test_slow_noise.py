@@ -23,7 +23,7 @@ from imucal_wizard.estimate.slow_noise import (
     in_session,
     slow_rate,
 )
-from imucal_wizard.estimate.slow_rests import Rests, long_rest
+from imucal_wizard.estimate.slow_rests import RestPieces, long_rest
 from imucal_wizard.model.rows.decorrelation import Decorrelation
 from tests.estimate.truth import hold
 from tests.estimate.wandering import wandering
@@ -184,14 +184,14 @@ def test_a_long_rest_tells_how_large_slow_noise_is() -> None:
     assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], np.eye(3)) is None
 
 
-def _held(rng: np.random.Generator, walk: float) -> Rests:
+def _held(rng: np.random.Generator, walk: float) -> RestPieces:
     """Forty poses of 3 s, twelve parts each, whose readings walk; the white noise told is half."""
     parts, count = 12, 40
     steps = walk * np.sqrt(0.025) * rng.standard_normal((count, parts, 10)).reshape(count, -1)
     walked_within = np.cumsum(steps, axis=1).reshape(count, parts, 10).mean(axis=2)
     means = walked_within + 1.0 * rng.standard_normal((count, parts)) + rng.normal(size=(count, 1))
     start = (8.0 * np.arange(count)[:, None] + 0.25 * np.arange(parts)).ravel()
-    return Rests(
+    return RestPieces(
         spans=np.column_stack([start, start + 0.25]),
         means=means.reshape(-1, 1),
         white=np.full((count * parts, 1), 0.5),

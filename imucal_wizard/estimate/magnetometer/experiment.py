@@ -32,7 +32,7 @@ from imucal_wizard.estimate.result import Parameter
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import MIN_REPEATS_OF_POSES, estimate_slow_errors
-from imucal_wizard.estimate.slow_rests import Rests
+from imucal_wizard.estimate.slow_rests import RestPieces
 from imucal_wizard.model.effect import MAGNETOMETER
 from imucal_wizard.model.rows.dip import Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude, FieldRows
@@ -386,7 +386,7 @@ class MagnetometerExperiment(Experiment):
     def _estimated(self, found: "Minimum[Experiment]", fitted: Fitted) -> SlowErrors | None:
         return estimate_slow_errors(self._spans, [fitted], measured=False, rests=self._rests(found))
 
-    def _rests(self, found: "Minimum[Experiment]") -> Rests | None:
+    def _rests(self, found: "Minimum[Experiment]") -> RestPieces | None:
         """The poses that are held, cut into pieces; None where none is.
 
         Magnitudes do not show that a hand sways. Where rounding moves whole rests, steps within
@@ -411,7 +411,7 @@ class MagnetometerExperiment(Experiment):
 
         count = summed(pieces.count)
         white = (self.data.noise * pieces.samples)[rest] / count
-        return Rests(
+        return RestPieces(
             spans=np.column_stack([pieces.edges[first, 0], pieces.edges[last - 1, 1]]),
             means=(summed(pieces.count * (rows.length - self.data.field)) / count)[:, None],
             white=white[:, None],
