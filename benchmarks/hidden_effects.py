@@ -1,7 +1,7 @@
 """How well hidden effects are found: ``python -m benchmarks.hidden_effects``.
 
 A virtual accelerometer (its equations, coloured noise, rounding, tremor and warming are those of
-``devices.virtual``, which shares nothing with the effects that are fitted) is held still in many
+``simulate``, which shares nothing with the effects that are fitted) is held still in many
 poses; an effect is hidden in it at 0.5, 1 and 2 times the size from which the program itself
 says that it would name it in that very session; the program fits, looks and judges as in the bench.
 

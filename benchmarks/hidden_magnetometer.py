@@ -1,7 +1,7 @@
 """How well a magnetometer's hidden effects are found: ``python -m benchmarks.hidden_magnetometer``.
 
 A virtual magnetometer (field, iron, noise, rounding, the hand and the equations are those of
-``devices.virtual``, which shares nothing with the effects that are fitted) is turned in circles on
+``simulate``, which shares nothing with the effects that are fitted) is turned in circles on
 its faces and held still in many poses, while the chip warms and motors run and stop. An effect is
 hidden in its samples at 0.5, 1 and 2 times the size from which the program itself says that it
 would name it in that very session; the program fits, looks and judges as in the bench.

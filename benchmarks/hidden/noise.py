@@ -3,7 +3,7 @@
 A Gauss–Markov process of variance v and correlation time τ goes from x to ``x e^(−a)`` in a time
 a τ, plus noise of the variance ``v (1 − e^(−2a))``. Its average on the way is ``x (1 − e^(−a))/a``
 plus noise of the variance ``v (2a − 3 + 4 e^(−a) − e^(−2a))/a²``; the covariance of the two is
-``v (1 − e^(−a))²/a``. Flicker noise is a sum of such processes, as in ``devices.virtual.noise``; a
+``v (1 − e^(−a))²/a``. Flicker noise is a sum of such processes, as in ``simulate.noise``; a
 random walk is one that forgets in far longer than any session.
 """
 
