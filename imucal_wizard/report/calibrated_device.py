@@ -11,7 +11,14 @@ from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE, LIMITS_OF_USE, USUAL_GRADE
-from imucal_wizard.core.poses import AXES, axes_in_words
+from imucal_wizard.core.poses import (
+    AXES,
+    DIRECTIONS,
+    POSE_SETS,
+    POSE_TOLERANCE_DEG,
+    axes_in_words,
+    nearest_pose,
+)
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -237,6 +244,23 @@ class CalibratedDevice:
         measured = recheck_data(collected)
         if why := self._misread(measured):
             return Proposal(None, 0, 1, why)
+        proposal = self._proposal(sensors, measured)
+        if proposal.pose is None or len(measured.holds) < ENOUGH_HOLDS:
+            return proposal
+        # a sensor with other axes than the calibration's shows nothing, however many poses follow
+        judged = self._judged(measured, units)
+        found = self._other_axes(measured, units, judged) if self._wrong(judged, measured) else []
+        if len(found) != 1:
+            return proposal
+        axes = found[0][0]
+        proposal = self._proposal(sensors, with_axes(measured, axes))
+        if proposal.pose is None or ACCELEROMETER not in axes:
+            return proposal
+        up = axes[ACCELEROMETER].T @ DIRECTIONS[proposal.pose]
+        return replace(proposal, pose=nearest_pose(up, POSE_SETS["18"], POSE_TOLERANCE_DEG))
+
+    def _proposal(self, sensors: Mapping[str, CalibratedSensor], measured: RecheckData) -> Proposal:
+        """The next pose, in the axes of what was measured."""
         detection = detection_powers(sensors, measured, self.criteria)
         powers = [
             one.power
