@@ -29,6 +29,7 @@ from imucal_wizard.acquire.files.file_bytes import (
 from imucal_wizard.acquire.files.whole_recording import FileSamples, known_by_all_readings
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
+from imucal_wizard.acquire.stream_corrections import with_signs
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
@@ -281,7 +282,7 @@ def _decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | No
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
-    readings = join_readings(found)
+    readings = with_signs(join_readings(found), intake.signs)
     series = {name: getattr(readings, name) for name in _SERIES}
     there = {name: one for name, one in series.items() if one is not None and len(one)}
     return FileSamples(there, intake.warnings)

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.even_times import without_jitter
 from imucal_wizard.acquire.files import RecordingOptions
-from imucal_wizard.acquire.files.even_times import without_jitter
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.measurement.data_quality import as_signed
+from imucal_wizard.measurement.unsigned_counts import as_signed
 from tests.acquire.files.lines import samples, write
 
 
