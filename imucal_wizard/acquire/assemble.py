@@ -79,7 +79,8 @@ class Assembler:
         period, quantum = sampling_period(ticks), time_quantum(ticks)
         self._device_period = period
         if not self._recording and not quantum:
-            self._jitter = JitterFilter(ticks)
+            jitter = JitterFilter(ticks)
+            self._jitter = jitter if jitter.open else None
         self._split = SplitLineFilter(self._time, (1.5 * period + quantum) / factor)
         return DeviceClock(factor, period, quantum, from_zero=not self._recording)
 

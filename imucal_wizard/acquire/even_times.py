@@ -38,13 +38,14 @@ class JitterFilter:
         first: the first times, s.
 
     Attributes:
+        open: whether it is not yet known if the times jitter.
         smoother: makes the times even; None if they do not jitter, or not yet.
         period: sampling period of the even times, s; 0 without a smoother.
     """
 
     def __init__(self, first: FloatArray) -> None:
         steps = _usual_steps(first)
-        self._open = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
+        self.open = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
         self._waiting = np.zeros(0)
         self.smoother: TimeSmoother | None = None
         self.period = 0.0
@@ -55,13 +56,13 @@ class JitterFilter:
         Args:
             times: of the new samples, s, shape (n,), never decreasing.
         """
-        if not self._open:
+        if not self.open:
             return times if self.smoother is None else self.smoother.feed(times)
         self._waiting = np.concatenate((self._waiting, times))
         if len(self._waiting) < _DECIDING_SAMPLES:
             return np.zeros(0)
         begun, rest = np.split(self.flush(), [_DECIDING_SAMPLES])
-        self._open = False
+        self.open = False
         even = without_jitter(begun)
         if even is None:
             return np.concatenate((begun, rest))

@@ -76,11 +76,14 @@ class StreamCorrections:
             readings: new samples.
             period: sampling period, s.
         """
-        before = len(readings)
+        before, repeats = len(readings), self._repeats
         heard = self._without_silent(readings)
-        if self._repeats is None:
-            self._repeats = RepeatFilter(period)
-        once = self._repeats.feed(heard) if len(heard) else None
+        if repeats is None:
+            repeats = self._repeats = RepeatFilter(period)
+        once = repeats.feed(heard) if len(heard) else None
+        if repeats.period != 1.0:
+            name = "accelerometer and the gyroscope" if repeats.sensors > 1 else "accelerometer"
+            self._note("repeats", *repeats_note(name, repeats.period))
         return self._counted(once, before)
 
     def flush(self) -> Readings | None:
@@ -88,14 +91,11 @@ class StreamCorrections:
         return self._counted(None if self._repeats is None else self._repeats.flush(), 0)
 
     def _counted(self, readings: Readings | None, before: int) -> Readings | None:
-        if readings is not None:
-            readings = self._signed(readings)
-        self.dropped += before - (0 if readings is None else len(readings))
-        if self.repeated != 1.0:
-            has_rate = self._repeats is not None and self._repeats.sensors > 1
-            name = "accelerometer and the gyroscope" if has_rate else "accelerometer"
-            self._note("repeats", *repeats_note(name, self.repeated))
-        return readings if readings is not None and len(readings) else None
+        if readings is None or not len(readings):
+            self.dropped += before
+            return None
+        self.dropped += before - len(readings)
+        return self._signed(readings) if self._watches or self.signs else readings
 
     def _note(self, key: str, *texts: str) -> None:
         for text in texts:
@@ -123,11 +123,16 @@ class StreamCorrections:
 
     def _signed(self, readings: Readings) -> Readings:
         """With the negative numbers of counts that were sent as unsigned ones."""
-        for name, watch in self._watches.items():
+        for name, watch in list(self._watches.items()):
             series = getattr(readings, name)
-            if series is None or series.unit != COUNT or name in self.signs:
+            if series is None:
+                del self._watches[name]
                 continue
-            bits = watch.add(series.values)
+            if not len(series):
+                continue
+            bits = watch.add(series.values) if series.unit == COUNT else np.zeros(0, np.int64)
+            if series.unit != COUNT or not watch.possible or bits.any():
+                del self._watches[name]
             if bits.any():
                 row = int(np.flatnonzero(bits)[0])
                 self.signs[name] = int(bits[row])

@@ -15,6 +15,9 @@ class SignWatch:
     A reading that passes through zero then jumps by the whole range of the number. Of the two
     meanings that one is right which changes less from sample to sample: counts with an offset pass
     through the middle of the range, and would jump there if they were read as signed.
+
+    Attributes:
+        possible: False once a sample is negative or no whole number.
     """
 
     def __init__(self) -> None:
@@ -22,7 +25,7 @@ class SignWatch:
         self._largest = 0.0
         self._read = 0.0
         self._meant = dict.fromkeys(WORD_BITS, 0.0)
-        self._possible = True
+        self.possible = True
 
     def add(self, values: FloatArray) -> IntArray:
         """Bits of the unsigned numbers by the samples up to each new one; 0 where none show.
@@ -31,10 +34,10 @@ class SignWatch:
             values: counts, shape (n, 3).
         """
         found = np.zeros(len(values), np.int64)
-        if not self._possible or not len(values):
+        if not self.possible or not len(values):
             return found
         if values.min() < 0 or not are_whole_numbers(values):
-            self._possible = False
+            self.possible = False
             return found
         before = values[:1] if self._last is None else self._last
         read = self._read + _changes(values, before)
