@@ -372,7 +372,10 @@ class Intake:
         """What is known of these samples, and of those that waited."""
         if readings is None or self._corrections is None:
             return readings
-        return self._corrections.feed(readings, assembler.period)
+        known = self._corrections.feed(readings, assembler.period)
+        if self._corrections.signs and self._health is not None:
+            self._health.signs_known()
+        return known
 
 
 def _joined(parts: Iterable[Readings | None]) -> Readings | None:

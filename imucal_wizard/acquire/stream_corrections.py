@@ -123,23 +123,25 @@ class StreamCorrections:
 
     def _signed(self, readings: Readings) -> Readings:
         """With the negative numbers of counts that were sent as unsigned ones."""
+        shown: list[tuple[float, str, float, int]] = []
         for name, watch in list(self._watches.items()):
             series = getattr(readings, name)
-            if series is None:
+            if series is None or series.unit != COUNT:
                 del self._watches[name]
                 continue
-            if not len(series):
-                continue
-            bits = watch.add(series.values) if series.unit == COUNT else np.zeros(0, np.int64)
-            if series.unit != COUNT or not watch.possible or bits.any():
-                del self._watches[name]
+            largest, bits = watch.largest, watch.add(series.values)
             if bits.any():
                 row = int(np.flatnonzero(bits)[0])
-                self.signs[name] = int(bits[row])
-                self.signed_since = max(self.signed_since, float(series.time[row]))
-                values = series.values
-                read = float(values[values >= 2.0 ** (bits[row] - 1)][:1].sum())
-                self._note(f"signs {name}", signs_note(name, read, read - 2.0 ** bits[row]))
+                largest = max(largest, float(series.values[: row + 1].max()))
+                shown.append((float(series.time[row]), name, largest, int(bits[row])))
+        if shown:
+            self.signed_since, name, read, length = min(shown)
+            self._note("signs", signs_note(name, read, read - 2.0**length))
+            # one sensor shows how the device writes the numbers of all
+            self.signs = dict.fromkeys(
+                (one for one, watch in self._watches.items() if watch.holds(length)), length
+            )
+            self._watches.clear()
         return with_signs(readings, self.signs)
 
 

@@ -259,7 +259,7 @@ def _feels_gravity(series: Series | None) -> bool:
     return near and float(np.std(sizes)) < 0.05 * size
 
 
-def _unsigned_counts(readings: Readings) -> str:
+def unsigned_counts(readings: Readings) -> str:
     """Warning about resting axes that may be negative counts sent as unsigned numbers.
 
     Counts with an offset lie about the middle of the range: at rest, no two of their axes are in
@@ -279,7 +279,7 @@ def _unsigned_counts(readings: Readings) -> str:
     return ""
 
 
-READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, _unsigned_counts)
+READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, unsigned_counts)
 """Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from imucal_wizard.core.gravity import are_whole_numbers
+from imucal_wizard.core.quantities import fixed
 from imucal_wizard.core.readings import FloatArray, IntArray
 
 WORD_BITS = (16, 24, 32)
@@ -17,15 +18,19 @@ class SignWatch:
     through the middle of the range, and would jump there if they were read as signed.
 
     Attributes:
-        possible: False once a sample is negative or no whole number.
+        largest: of the numbers so far.
     """
 
     def __init__(self) -> None:
         self._last: FloatArray | None = None
-        self._largest = 0.0
+        self.largest = 0.0
         self._read = 0.0
         self._meant = dict.fromkeys(WORD_BITS, 0.0)
-        self.possible = True
+        self._possible = True
+
+    def holds(self, bits: int) -> bool:
+        """Whether all samples so far may be unsigned numbers of so many bits."""
+        return self._possible and self.largest < 2.0**bits
 
     def add(self, values: FloatArray) -> IntArray:
         """Bits of the unsigned numbers by the samples up to each new one; 0 where none show.
@@ -34,20 +39,20 @@ class SignWatch:
             values: counts, shape (n, 3).
         """
         found = np.zeros(len(values), np.int64)
-        if not self.possible or not len(values):
+        if not self._possible or not len(values):
             return found
         if values.min() < 0 or not are_whole_numbers(values):
-            self.possible = False
+            self._possible = False
             return found
         before = values[:1] if self._last is None else self._last
         read = self._read + _changes(values, before)
-        largest = np.maximum.accumulate(np.maximum(values.max(axis=1), self._largest))
+        largest = np.maximum.accumulate(np.maximum(values.max(axis=1), self.largest))
         for bits in reversed(WORD_BITS):
             meant = self._meant[bits] + _changes(signed(values, bits), signed(before, bits))
             self._meant[bits] = float(meant[-1])
             found[largest < 2.0**bits] = 0  # the shortest numbers that hold all
             found[(largest < 2.0**bits) & (meant < read)] = bits
-        self._last, self._read, self._largest = values[-1:], float(read[-1]), float(largest[-1])
+        self._last, self._read, self.largest = values[-1:], float(read[-1]), float(largest[-1])
         return found
 
 
@@ -81,5 +86,5 @@ def signs_note(sensor: str, read: float, meant: float) -> str:
     """
     return (
         f"negative readings of the {sensor} were written as unsigned numbers, like {read:.0f} for "
-        f"{meant:.0f}: they are read as negative"
+        f"{fixed(meant, 0)}: they are read as negative"
     )

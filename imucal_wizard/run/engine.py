@@ -126,7 +126,7 @@ class DecodedStream:
             lost=intake.lost,
             malformed=intake.malformed,
             digits=intake.digits,
-            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
+            warnings=tuple(dict.fromkeys((*intake.warnings, *self._noted))),
             needs=intake.needs,
             columns=intake.columns,
             line=intake.preview.line,
@@ -227,7 +227,10 @@ class Engine:
         self._view.changed()
         self._notify()  # in the step before these samples, however many come together
         if self._stream.signs_changed() and self._machine is not None:
-            self._restarted("earlier readings had wrong signs")
+            begun = self.step is not StepKind.SOURCE
+            self._begin_again()
+            if begun:
+                self.note("the readings before had wrong signs: the procedure begins again")
             readings = readings and since(readings, self._stream.intake.signed_since)
         if readings is not None:
             self.receive_readings(readings)
@@ -319,16 +322,12 @@ class Engine:
         """Read the stream with another setup from now on; the procedure restarts."""
         self.journal.new_setup(self.samples, setup)
         begun, readings = self._machine is not None, self._stream.reconfigure(setup)
-        self._restarted("the stream is read with another setup" if begun else "")
+        self._begin_again()
+        text = "the stream is read with another setup: the procedure begins again"
+        self._decided((Event(EventKind.WARNING, self._time, text),) if begun else ())
         self._resolved()
         if readings is not None:
             self.receive_readings(readings)
-
-    def _restarted(self, why: str) -> None:
-        """Restart the procedure; say why if it had begun."""
-        self._begin_again()
-        text = f"{why}: the procedure begins again"
-        self._decided((Event(EventKind.WARNING, self._time, text),) if why else ())
 
     def end(self) -> None:
         """The source has ended: complete the hold and the circle in progress."""

@@ -98,8 +98,6 @@ class Notifications:
             yield from self._flow(stalled)
 
     def _noticed(self, warnings: Sequence[str]) -> list[str]:
-        if len(warnings) == len(self._warned):
-            return []
         new = [text for text in warnings if text not in self._warned]
         self._warned.update(new)
         return new
