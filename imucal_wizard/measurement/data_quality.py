@@ -272,9 +272,9 @@ def unsigned_counts(readings: Readings) -> str:
         top = next((2.0**bits for bits in WORD_BITS if rest.max() < 2.0**bits), np.inf)
         if rest.min() >= 0.0 and rest.max() >= 0.75 * top and rest.min() <= 0.25 * top:
             return (
-                f"Readings of the {sensor} like {rest.max():.0f} may be negative ones that are "
-                "sent as unsigned numbers: turn the device over once before the start, which shows "
-                "it, or let the device send signed numbers (Arduino: int16_t)."
+                f"Readings of the {sensor} like {rest.max():.0f} may be negative ones, sent as "
+                "unsigned numbers: turn the device over once before the start, which shows it, or "
+                "let it send signed numbers (int16_t)."
             )
     return ""
 

@@ -103,7 +103,7 @@ def preview_rows(stream: "StreamStatus", width: int, device: str = "") -> list[L
     in_state = stream.busy or (bool(stream.needs) and not missing)
     if stream.problem and not in_state:
         rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
-    for warning in () if missing else stream.warnings[-3:]:
+    for warning in () if missing else stream.warnings[:-4:-1]:  # the newest may push others out
         rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
     return rows
 
