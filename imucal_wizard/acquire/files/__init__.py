@@ -33,14 +33,23 @@ class RecordingOptions:
     as_format: str | None = None
 
 
+def log_of(path: Path) -> Path:
+    """The write-ahead log that SQLite keeps beside a file."""
+    return path.with_name(f"{path.name}-wal")
+
+
 def is_session(path: Path) -> bool:
     """Whether a file is an SQLite database, as session files are; reading it reports any damage.
 
-    A session whose first page is damaged is known by its name and by its whole pages.
+    A session whose first page is damaged is known by its name and by its whole pages. One that may
+    be open is known by its name and its log: to close another handle of a file ends all locks of a
+    process on it (POSIX), and the next program to close the session would remove the log.
     """
     try:
         if not path.is_file():  # what is read from a pipe is gone
             return False
+        if path.suffix == SUFFIX and log_of(path).exists():
+            return True
         with path.open("rb") as file:
             whole = file.read(len(_SQLITE)) == _SQLITE
         size = path.stat().st_size
