@@ -145,8 +145,16 @@ def test_silence_is_named_with_its_length_and_ends_with_the_next_data() -> None:
     assert "no data for 3 s" in engine.snapshot().stream.problem
     engine.idle(4.2)
     assert "no data for 4 s" in engine.snapshot().stream.problem
+    assert "baud rate" not in engine.snapshot().stream.problem  # what was read had the right one
     engine.receive(b"9.9,", 4.3)
     assert engine.snapshot().stream.problem == ""
+
+
+def test_a_port_of_which_nothing_was_read_may_have_the_wrong_speed() -> None:
+    engine = Engine()
+    engine.idle(0.0)
+    engine.idle(3.0)
+    assert "is the baud rate right?" in engine.snapshot().stream.problem
 
 
 def test_a_stream_that_stops_while_measuring_is_heard_and_so_is_its_return() -> None:
