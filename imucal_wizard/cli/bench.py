@@ -22,6 +22,7 @@ from imucal_wizard.cli.arguments import (
 )
 from imucal_wizard.cli.outcome import (
     answer,
+    note_spans,
     recording_of,
     save_or_print,
     save_usable,
@@ -264,6 +265,7 @@ def write_diagnosis(
         write_json(bench_document(statements, notes), arguments.json)
     for warning in notes:
         note(f"warning: {warning}")
+    note_spans(statements)
     for one in short:
         note(f"imucal-wizard: {one.sensor}: {one.lacking}")
     return 1 if short else 0

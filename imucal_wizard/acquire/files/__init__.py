@@ -23,6 +23,7 @@ class RecordingOptions:
         gyroscope_unit: unit of the angular rates.
         magnetometer_unit: unit of the field.
         as_format: name of the format (``imu_tk`` or a wire format), or None to look at the content.
+        without: spans of time whose samples are left out, s, in the times of the readings.
     """
 
     columns: tuple[str, ...] = ()
@@ -31,6 +32,7 @@ class RecordingOptions:
     gyroscope_unit: str | None = None
     magnetometer_unit: str | None = None
     as_format: str | None = None
+    without: tuple[tuple[float, float], ...] = ()
 
 
 def log_of(path: Path) -> Path:
