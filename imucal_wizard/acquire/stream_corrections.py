@@ -20,7 +20,7 @@ from imucal_wizard.measurement.field_quality import (
     repeats_note,
     run_starts,
 )
-from imucal_wizard.measurement.unsigned_counts import SignWatch, signed, signs_note
+from imucal_wizard.measurement.unsigned_counts import SignWatch, signs_note, twos_complement
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
@@ -155,7 +155,7 @@ def with_signs(readings: Readings, signs: Mapping[str, int]) -> Readings:
     for name, bits in signs.items():
         series = getattr(readings, name)
         if series is not None:
-            meant = replace(series, values=signed(series.values, bits))
+            meant = replace(series, values=twos_complement(series.values, bits))
             readings = replace(readings, **{name: meant})
     return readings
 
@@ -245,7 +245,7 @@ class RepeatFilter:
         if len(singles) > allowed and singles[allowed] < MIN_RUNS:
             return 1.0
         if len(lengths) > MIN_RUNS:
-            return repeat_period(lengths[1 : 1 + MIN_RUNS]) or 1.0
+            return repeat_period(lengths[1 : 1 + MIN_RUNS], at_rest=True) or 1.0
         longest = max(int(lengths.max(initial=0)), len(readings) - int(starts[-1]))
         rests = longest * self._interval > GRAVITY_BLOCK_SECONDS
         return 1.0 if rests or len(readings) * self._interval > _MAX_WAIT_SECONDS else None

@@ -341,7 +341,7 @@ def run_starts(*values: FloatArray) -> IntArray:
     return np.concatenate([[0], np.flatnonzero(~np.logical_and.reduce(equal)) + 1])
 
 
-def repeat_period(lengths: IntArray) -> float | None:
+def repeat_period(lengths: IntArray, *, at_rest: bool = False) -> float | None:
     """Samples from one measurement to the next; None if none is repeated.
 
     Coarse readings repeat as well, but with many runs of length one; if a faster stream repeats a
@@ -349,11 +349,16 @@ def repeat_period(lengths: IntArray) -> float | None:
 
     Args:
         lengths: of whole runs of equal readings, shape (n,).
+        at_rest: the device may rest all the time. Coarse readings then have runs of all lengths
+            without short ones; nearly all runs must be of one measurement.
     """
     if len(lengths) < MIN_RUNS or np.mean(lengths == 1) > MAX_SINGLE_RUN_SHARE:
         return None
     shortest = sample_quantile(lengths, SHORTEST_RUN_QUANTILE)
-    period = float(lengths[lengths <= MAX_SINGLE_RUN_RATIO * shortest].mean())
+    single = lengths <= MAX_SINGLE_RUN_RATIO * shortest
+    if at_rest and single.mean() < 1.0 - MAX_SINGLE_RUN_SHARE:
+        return None
+    period = float(lengths[single].mean())
     return None if period < 1.5 else period
 
 

@@ -48,7 +48,9 @@ class SignWatch:
         read = self._read + _changes(values, before)
         largest = np.maximum.accumulate(np.maximum(values.max(axis=1), self.largest))
         for bits in reversed(WORD_BITS):
-            meant = self._meant[bits] + _changes(signed(values, bits), signed(before, bits))
+            meant = self._meant[bits] + _changes(
+                twos_complement(values, bits), twos_complement(before, bits)
+            )
             self._meant[bits] = float(meant[-1])
             found[largest < 2.0**bits] = 0  # the shortest numbers that hold all
             found[(largest < 2.0**bits) & (meant < read)] = bits
@@ -61,7 +63,7 @@ def _changes(values: FloatArray, before: FloatArray) -> FloatArray:
     return np.asarray(np.cumsum(np.abs(np.diff(values, axis=0, prepend=before)).sum(axis=1)))
 
 
-def signed(values: FloatArray, bits: int) -> FloatArray:
+def twos_complement(values: FloatArray, bits: int) -> FloatArray:
     """Unsigned numbers of so many bits as signed ones; signed ones stay as they are."""
     return np.asarray(np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values))
 
@@ -73,7 +75,7 @@ def as_signed(values: FloatArray) -> FloatArray | None:
         values: counts, shape (n, 3).
     """
     bits = int(SignWatch().add(values)[-1]) if len(values) else 0
-    return signed(values, bits) if bits else None
+    return twos_complement(values, bits) if bits else None
 
 
 def signs_note(sensor: str, read: float, meant: float) -> str:

@@ -160,3 +160,14 @@ def test_a_sensor_that_no_longer_answers_is_named(tmp_path: Path) -> None:
     intake, live = stream(write(tmp_path / "a.csv", values), 97)
     assert len(live) == 200
     assert intake.problem.startswith("The accelerometer reads exactly zero on all axes")
+
+
+def test_coarse_readings_of_a_resting_device_are_no_repeats(tmp_path: Path) -> None:
+    """A fast device at rest, of which one reading in forty differs from the one before."""
+    rng = np.random.default_rng(3)
+    values = samples(4000, 1000.0)
+    values[:, 1:7] = 0.01 * np.cumsum(rng.random((4000, 1)) < 0.025, axis=0) % 0.02
+    values[:, 3] += 9.8
+    intake, live = stream(write(tmp_path / "a.csv", values), 97)
+    assert len(live) == 4000
+    assert not any("is repeated" in text for text in intake.warnings)
