@@ -1,11 +1,15 @@
 """The source step: what there is, what arrives, whether it makes sense."""
 
+import os
+import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from textual.events import Key
+from textual.widgets import Input
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
@@ -220,6 +224,25 @@ async def test_what_is_typed_is_opened_as_a_port_or_as_a_file(typed: str, kind: 
         await pilot.press("tab", *typed, "enter")
         await until(pilot, lambda: source.running)
     assert (chosen[0].kind, chosen[0].target) == (kind, typed)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="ports have no other names there")
+async def test_another_name_of_a_device_is_a_port(tmp_path: Path) -> None:
+    chosen: list[SourceChoice] = []
+
+    def take(choice: SourceChoice) -> fakes.FakeSource:
+        chosen.append(choice)
+        return fakes.FakeSource()
+
+    (tmp_path / "imu").symlink_to(os.devnull)
+    services = replace(fakes.services(fakes.FakeSource()), open_source=take)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "virtual IMU")
+        await pilot.press("tab")
+        pilot.app.screen.query_one(Input).value = str(tmp_path / "imu")
+        await pilot.press("enter")
+        await until(pilot, lambda: bool(chosen))
+    assert chosen[0].kind is SourceKind.PORT
 
 
 async def test_unattended_and_recordings_start_by_themselves() -> None:
