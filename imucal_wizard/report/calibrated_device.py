@@ -209,7 +209,9 @@ class CalibratedDevice:
                 # the same axes first: all sensors may have changed alike
                 for order in (*axes.values(), *SIGNED_PERMUTATIONS):
                     every = {**axes, MAGNETOMETER: order}
-                    again[MAGNETOMETER] = self._field(with_axes(measured, every))
+                    again[MAGNETOMETER] = self._field(
+                        with_axes(measured, every), again.get(ACCELEROMETER)
+                    )
                     if again[MAGNETOMETER].verdict is not RecheckVerdict.NO_GO:
                         break
             if not self._wrong(again, measured):
@@ -226,7 +228,7 @@ class CalibratedDevice:
                 says = f"the recording has no {name}: x, y and z were not seen"
                 sensors[name] = not_seen(one, self.criteria, says)
         if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
-            sensors[MAGNETOMETER] = self._field(measured)
+            sensors[MAGNETOMETER] = self._field(measured, sensors.get(ACCELEROMETER))
         return sensors
 
     def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
@@ -389,10 +391,17 @@ class CalibratedDevice:
         ratio = self.criteria.gravity / max(size, 1e-9)
         return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > IMPLAUSIBLE_SCALE else ""
 
-    def _field(self, measured: RecheckData) -> SensorRecheck:
-        """The magnetometer, by constancy of magnitude and dip."""
+    def _field(self, measured: RecheckData, accelerometer: SensorRecheck | None) -> SensorRecheck:
+        """The magnetometer, by constancy of magnitude and dip.
+
+        Args:
+            measured: holds and rotations.
+            accelerometer: its verdict; one that has changed does not show the dip.
+        """
         sensor, readings = self.calibration[MAGNETOMETER], measured.readings
         up_of, rows, vectors = self.calibration.sensors.get(ACCELEROMETER), [], []
+        if accelerometer is not None and accelerometer.verdict is RecheckVerdict.NO_GO:
+            up_of = None
         series = None if readings is None else readings.magnetometer
         for hold in measured.holds:
             part = None if series is None else series.between(hold.start, hold.end)
