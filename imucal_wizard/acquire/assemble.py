@@ -103,7 +103,8 @@ class Assembler:
     def period(self) -> float:
         """Current estimate of the sampling period, s; 0 while unknown."""
         if self._device is not None:
-            return (self._jitter and self._jitter.period) or self._device_period
+            even = self._jitter
+            return self._device_period if even is None or not even.period else even.period
         return (self._bursts or self._host).period
 
     @property

@@ -44,6 +44,7 @@ class StreamCorrections:
         self._repeats: RepeatFilter | None = None
         self._watches = {name: SignWatch() for name in (*_INERTIAL, _FIELD)}
         self._notes: dict[str, str] = {}
+        self._plain = False
         self.dropped = 0
         self.signs: dict[str, int] = {}
         self.signed_since = 0.0
@@ -76,6 +77,13 @@ class StreamCorrections:
             readings: new samples.
             period: sampling period, s.
         """
+        field = readings.magnetometer
+        if (
+            self._plain
+            and readings.accelerometer.values.all()
+            and (field is None or field.values.all())
+        ):
+            return readings  # the usual stream, of which nothing is corrected
         before, repeats = len(readings), self._repeats
         heard = self._without_silent(readings)
         if repeats is None:
@@ -84,6 +92,9 @@ class StreamCorrections:
         if repeats.period != 1.0:
             name = "accelerometer and the gyroscope" if repeats.sensors > 1 else "accelerometer"
             self._note("repeats", *repeats_note(name, repeats.period))
+        there = [one for name, one in self._silent.items() if getattr(readings, name) is not None]
+        usual = repeats.period == 1.0 and not (self._watches or self.signs)
+        self._plain = repeats.decided and usual and all(one.answers for one in there)
         return self._counted(once, before)
 
     def flush(self) -> Readings | None:
@@ -171,6 +182,11 @@ class SilentSamples:
         self._answered = False
         self.running = 0
 
+    @property
+    def answers(self) -> bool:
+        """Whether the newest sample is a measurement."""
+        return self._answered and not self.running
+
     def heard(self, values: FloatArray) -> BoolArray | None:
         """Which samples are measurements, shape (n,); None if all are.
 
@@ -212,6 +228,11 @@ class RepeatFilter:
         self._start = 0.0
         self.period = 1.0
         self.sensors = 1
+
+    @property
+    def decided(self) -> bool:
+        """Whether it is known if measurements are repeated."""
+        return self._waiting is None
 
     def feed(self, readings: Readings) -> Readings | None:
         """The samples that are known now; None while all wait.

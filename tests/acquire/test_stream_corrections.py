@@ -154,6 +154,19 @@ def test_times_that_wander_by_themselves_stay_in_a_stream(tmp_path: Path) -> Non
     assert not any("jitter" in text for text in intake.warnings)
 
 
+@pytest.mark.parametrize("size", [97, 5000])
+def test_zeros_before_the_first_answer_are_left_to_the_other_checks(
+    tmp_path: Path, size: int
+) -> None:
+    """They name a sensor that has never answered; after its first answer, zeros are left out."""
+    values = samples(600)
+    values[:200, 1:7] = 0.0
+    values[300:320, 1:7] = 0.0
+    _, live = stream(write(tmp_path / "a.csv", values), size)
+    assert len(live) == 580
+    assert np.count_nonzero(live.accelerometer.values.any(axis=1)) == 380
+
+
 def test_a_sensor_that_no_longer_answers_is_named(tmp_path: Path) -> None:
     values = samples(300)
     values[200:, 1:7] = 0.0
