@@ -200,6 +200,11 @@ class Intake:
         return self._assembler.lost if self._assembler else 0
 
     @property
+    def dropped(self) -> int:
+        """Number of lost samples without those lost while the device was away."""
+        return self._assembler.dropped if self._assembler else 0
+
+    @property
     def malformed(self) -> int:
         """Number of lines or frames dropped."""
         return self._malformed + (self._assembler.split if self._assembler else 0)

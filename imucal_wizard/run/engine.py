@@ -123,7 +123,7 @@ class DecodedStream:
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,
             samples=samples,
-            lost=intake.lost,
+            lost=intake.dropped,
             malformed=intake.malformed,
             digits=intake.digits,
             warnings=tuple(dict.fromkeys((*intake.warnings, *self._noted))),

@@ -106,7 +106,7 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         else:
             text, style = f"newest line: {stream.line}", "quiet"
         self.query_one("#raw", Lines).draw(
-            lambda width, _: [*wrapped(text[: 3 * width], width, style), line("")]
+            lambda width, _: [*wrapped(text[: 3 * width], width, style, indent="  "), line("")]
         )
 
     def _refuse(self, wrong: str) -> None:
