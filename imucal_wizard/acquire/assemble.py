@@ -133,9 +133,9 @@ class Assembler:
         return self.lost - self._clock.away
 
     @property
-    def evened(self) -> bool:
-        """Whether the device's times jitter, and even ones are used."""
-        return self._jitter is not None and self._jitter.smoother is not None
+    def time_note(self) -> str:
+        """What the user should know of the device's times, or ""."""
+        return "" if self._jitter is None else self._jitter.note
 
     @property
     def _clock(self) -> DeviceClock | BurstClock | HostClock | TimeSmoother:

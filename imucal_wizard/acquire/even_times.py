@@ -8,6 +8,7 @@ from imucal_wizard.acquire.clock import LONG_GAP_SECONDS, TimeSmoother
 from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO, RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import ComplexArray, FloatArray, across_restarts
 from imucal_wizard.core.statistics import median
+from imucal_wizard.measurement.data_quality import ARRIVAL_TIMES, missing_samples
 
 _JITTER_SAMPLES = 100
 """Samples over which a jitter averages to nothing, and times that wander have wandered off."""
@@ -41,6 +42,7 @@ class JitterFilter:
         open: whether it is not yet known if the times jitter.
         smoother: makes the times even; None if they do not jitter, or not yet.
         period: sampling period of the even times, s; 0 without a smoother.
+        note: what the user should know of the times, or "".
     """
 
     def __init__(self, first: FloatArray) -> None:
@@ -49,6 +51,7 @@ class JitterFilter:
         self._waiting = np.zeros(0)
         self.smoother: TimeSmoother | None = None
         self.period = 0.0
+        self.note = ""
 
     def feed(self, times: FloatArray) -> FloatArray:
         """Times of the oldest samples that are known now, s; the others wait.
@@ -65,7 +68,9 @@ class JitterFilter:
         self.open = False
         even = without_jitter(begun)
         if even is None:
+            self.note = ARRIVAL_TIMES if missing_samples(begun) == ARRIVAL_TIMES else ""
             return np.concatenate((begun, rest))
+        self.note = JITTER_NOTE
         self.period = float(_usual_steps(even).mean())
         late = begun - even
         # halfway between the latest sample and the earliest one after a lost one

@@ -10,7 +10,6 @@ from imucal_wizard.acquire.column_guess import UnitGuess
 from imucal_wizard.acquire.decode import decoder_for, formats, is_binary
 from imucal_wizard.acquire.decode.base import Column, Decoder, MalformedLine
 from imucal_wizard.acquire.detect import GarbageDetector
-from imucal_wizard.acquire.even_times import JITTER_NOTE
 from imucal_wizard.acquire.health import MAX_ARRIVAL_GAP_SECONDS, StreamHealth
 from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
@@ -236,8 +235,8 @@ class Intake:
         note = known.note if known else ""
         seen = self._health.notes if self._health else ()
         corrected = self._corrections.notes if self._corrections else ()
-        even = self._assembler is not None and self._assembler.evened
-        own = (*((note,) if note else ()), *((JITTER_NOTE,) if even else ()))
+        times = self._assembler.time_note if self._assembler else ""
+        own = (text for text in (note, times) if text)
         return (*self._search.notes, *own, *corrected, *seen)
 
     def feed(self, data: bytes, arrival: float, since: float | None = None) -> Readings | None:

@@ -64,7 +64,7 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
         return (f"there are only {len(readings)} samples",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
-    found += [_missing_samples(readings.accelerometer.time)]
+    found += [missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
     found += [clipping.clipped_range(sensor, series) for sensor, series in sensors]
@@ -292,7 +292,14 @@ def _unit_taken_for_another(size: float) -> str:
     return ""
 
 
-def _missing_samples(time: FloatArray) -> str:
+ARRIVAL_TIMES = (
+    "the times jitter as if they were taken on arrival; let the device print its own time, or "
+    "leave the column out and give the rate"
+)
+"""Message about times that are neither even nor the device's own."""
+
+
+def missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
     usual = median(steps) if len(steps) else 0.0
@@ -304,10 +311,7 @@ def _missing_samples(time: FloatArray) -> str:
     uneven = median(np.abs(ratios - np.round(ratios))) > MAX_UNEVEN_PART
     bursts = median(ratios) > MAX_BURST_RATIO
     if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
-        return (
-            "the times jitter as if they were taken on arrival; let the device"
-            " print its own time, or leave the column out and give the rate"
-        )
+        return ARRIVAL_TIMES
     # a time that was given twice, or late, makes a long step, too, in which nothing is missing
     near = np.append(steps, usual)
     short = np.maximum(usual - np.maximum(near[gaps - 1], 0.0), 0.0)

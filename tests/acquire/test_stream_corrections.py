@@ -151,7 +151,19 @@ def test_times_that_wander_by_themselves_stay_in_a_stream(tmp_path: Path) -> Non
     intake, live = stream(write(tmp_path / "a.csv", values), 97)
     own = live.accelerometer.time
     np.testing.assert_allclose(own - own[0], values[:, 0] - values[0, 0], atol=2e-6)
-    assert not any("jitter" in text for text in intake.warnings)
+    assert not any("even ones" in text for text in intake.warnings)
+
+
+def test_times_of_arrival_about_no_even_ones_are_named(tmp_path: Path) -> None:
+    """Late by up to two intervals: what lies between two samples is not known."""
+    values = samples(600)
+    late = np.random.default_rng(2).exponential(0.008, 600)
+    values[:, 0] = np.maximum.accumulate(values[:, 0] + late)
+    path = write(tmp_path / "a.csv", values)
+    intake, _ = stream(path, 97)
+    words = "jitter as if they were taken on arrival"
+    assert any(words in text for text in read_files([path]).warnings)
+    assert any(words in text for text in intake.warnings)
 
 
 @pytest.mark.parametrize("size", [97, 5000])
