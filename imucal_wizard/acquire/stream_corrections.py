@@ -60,9 +60,8 @@ class StreamCorrections:
         if self._silent["accelerometer"].running < _MAX_SILENT:
             return ""
         return (
-            "The accelerometer reads exactly zero on all axes, and nothing can be measured without "
-            "it: it does not answer, or the device removes gravity. Check its wiring, and let the "
-            "device send the raw acceleration."
+            "The accelerometer reads exactly zero on all axes: it does not answer, or the device "
+            "removes gravity. Check its wiring, and let the device send the raw acceleration."
         )
 
     @property
