@@ -45,12 +45,15 @@ class SignWatch:
             self._possible = False
             return found
         before = values[:1] if self._last is None else self._last
-        read = self._read + _changes(values, before)
+        changes = _changes(values, before)
+        read = self._read + changes
         largest = np.maximum.accumulate(np.maximum(values.max(axis=1), self.largest))
         for bits in reversed(WORD_BITS):
-            meant = self._meant[bits] + _changes(
-                twos_complement(values, bits), twos_complement(before, bits)
-            )
+            meant = self._meant[bits] + changes
+            if largest[-1] >= 2.0 ** (bits - 1):
+                meant = self._meant[bits] + _changes(
+                    twos_complement(values, bits), twos_complement(before, bits)
+                )
             self._meant[bits] = float(meant[-1])
             found[largest < 2.0**bits] = 0  # the shortest numbers that hold all
             found[(largest < 2.0**bits) & (meant < read)] = bits
