@@ -87,7 +87,8 @@ class Recording:
     ) -> None:
         self.paths = tuple(paths)
         self._options = options or RecordingOptions()
-        self._on_table, all_samples = on_table, all_samples or on_table
+        self._on_table = on_table
+        all_samples |= on_table or bool(self._options.without)  # the wizard has kept whole holds
         alone = len(self.paths) == 1 and not self._options.as_format and is_session(self.paths[0])
         self._session: ReviewedSession | None = None
         self._notes: tuple[str, ...] = ()

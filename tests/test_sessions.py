@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.files import is_session
 from imucal_wizard.core.errors import SessionError, SessionTakenError
 from imucal_wizard.guide.kinds import EventKind
 from imucal_wizard.guide.state import Event
@@ -185,6 +186,23 @@ def test_a_session_that_is_being_written_cannot_be_opened_twice(tmp_path: Path) 
     path = tmp_path / "a.imucal"
     with Session.create(path, {}), pytest.raises(SessionError, match="another imucal-wizard"):
         Session.open(path)
+
+
+def test_a_session_that_is_read_here_stays_open_for_other_programs(tmp_path: Path) -> None:
+    """The wizard reads its own session for the fit; another program then looks at the session."""
+    path = tmp_path / "a.imucal"
+    with Session.create(path, {"source": "x"}) as session:
+        session.write_raw(0.0, b"one")
+        session.commit()
+        assert is_session(path)
+        look = (
+            "import sqlite3, sys; c = sqlite3.connect(sys.argv[1]); "
+            "c.execute('SELECT count(*) FROM raw').fetchone(); c.close()"
+        )
+        subprocess.run([sys.executable, "-c", look, str(path)], check=True)
+        session.write_raw(0.1, b"two")
+        session.commit()
+    assert _on_disk(path, "raw") == 2
 
 
 def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:

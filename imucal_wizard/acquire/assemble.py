@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter
+from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter, TimeSmoother
 from imucal_wizard.acquire.decode.base import Column, DecodedRows
 from imucal_wizard.acquire.decode.vocabulary import LETTER_OF_SENSOR
+from imucal_wizard.acquire.even_times import JitterFilter
 from imucal_wizard.acquire.host_clock import (
     BurstClock,
     HostClock,
@@ -15,7 +16,7 @@ from imucal_wizard.acquire.host_clock import (
 from imucal_wizard.acquire.resolve import sensor_places
 from imucal_wizard.core import units
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
-from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_readings
 
 _MIN_BARREN = 50
 """Consecutive rows without a needed number after which the column counts as empty."""
@@ -60,6 +61,7 @@ class Assembler:
         self._counter = SampleCounter()
         self._host = HostClock(rate)
         self._split: SplitLineFilter | None = None
+        self._jitter: JitterFilter | None = None
         self._bursts = self._burst_clock(first, rate) if recording else None
         self._device = None if self._bursts else self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
@@ -76,6 +78,9 @@ class Assembler:
         ticks = first[np.isfinite(first[:, self._time]), self._time] * factor
         period, quantum = sampling_period(ticks), time_quantum(ticks)
         self._device_period = period
+        if not self._recording and not quantum:
+            jitter = JitterFilter(ticks)
+            self._jitter = jitter if jitter.open else None
         self._split = SplitLineFilter(self._time, (1.5 * period + quantum) / factor)
         return DeviceClock(factor, period, quantum, from_zero=not self._recording)
 
@@ -98,7 +103,8 @@ class Assembler:
     def period(self) -> float:
         """Current estimate of the sampling period, s; 0 while unknown."""
         if self._device is not None:
-            return self._device_period
+            even = self._jitter
+            return self._device_period if even is None or not even.period else even.period
         return (self._bursts or self._host).period
 
     @property
@@ -127,7 +133,14 @@ class Assembler:
         return self.lost - self._clock.away
 
     @property
-    def _clock(self) -> DeviceClock | BurstClock | HostClock:
+    def time_note(self) -> str:
+        """What the user should know of the device's times, or ""."""
+        return "" if self._jitter is None else self._jitter.note
+
+    @property
+    def _clock(self) -> DeviceClock | BurstClock | HostClock | TimeSmoother:
+        if self._jitter is not None and self._jitter.smoother is not None:
+            return self._jitter.smoother
         return self._device or self._bursts or self._host
 
     def feed(self, rows: DecodedRows, arrival: float) -> Readings | None:
@@ -156,14 +169,22 @@ class Assembler:
         """The samples that still wait for their time, at the end of the stream."""
         if self._split is not None:
             held = self._split.flush()
-            return None if held is None else self._timed(held)
+            parts = [] if held is None else [self._timed(held)]
+            if self._jitter is not None:
+                parts.append(self._released(self._jitter.flush()))
+            there = [part for part in parts if part is not None]
+            return join_readings(there) if there else None
         return self._released((self._bursts or self._host).flush())
 
     def _timed(self, values: FloatArray) -> Readings | None:
         """Samples that carry their own time."""
         if self._device is None or self._time is None:
             return None
-        return self._readings(self._device.feed(values[:, self._time]), values)
+        times = self._device.feed(values[:, self._time])
+        if self._jitter is None:
+            return self._readings(times, values)
+        self._waiting = np.concatenate((self._waiting, values)) if len(self._waiting) else values
+        return self._released(self._jitter.feed(times))
 
     def _released(self, times: FloatArray) -> Readings | None:
         values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]

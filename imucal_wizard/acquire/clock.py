@@ -35,7 +35,7 @@ class DeviceClock:
         self._factor = factor
         self._period = period
         self._limit = 1.5 * period + quantum
-        self._smoother = TimeSmoother(period, quantum) if quantum else None
+        self._smoother = TimeSmoother(period, quantum + 2.0 * period) if quantum else None
         self._moduli = (2.0**32, 2.0**32 / 1e3, 2.0**32 / 1e6, 2.0**16, 86400.0 / factor)
         self._base = 0.0
         self._offset = 0.0
@@ -104,30 +104,31 @@ class DeviceClock:
 
 
 class TimeSmoother:
-    """Derives fine times from coarse ones by a phase-locked loop over the samples.
+    """Derives even times from coarse or jittering ones by a phase-locked loop over the samples.
 
     At 8,000 samples/s, times in milliseconds are eight equal values and then a step. The loop
     follows their mean with a time constant of a hundred samples.
 
     Args:
         period: sampling period, s.
-        quantum: step of the coarse time, s.
+        limit: delay from which samples are missing, s.
+        last: even time of the sample before the first one, s, if known.
     """
 
     _PHASE, _FREQUENCY = 0.02, 1e-4
 
-    def __init__(self, period: float, quantum: float) -> None:
+    def __init__(self, period: float, limit: float, last: float | None = None) -> None:
         self._nominal = self._period = period
-        self._limit = quantum + 2.0 * period
-        self._time: float | None = None
+        self._limit = limit
+        self._time = last
         self.lost = 0
         self.away = 0
 
     def feed(self, times: FloatArray) -> FloatArray:
-        """Fine times of these samples, s, never decreasing.
+        """Even times of these samples, s, never decreasing.
 
         Args:
-            times: coarse times, s, shape (n,), never decreasing.
+            times: given times, s, shape (n,), never decreasing.
         """
         return np.array([self._next(t) for t in times.tolist()])
 
@@ -137,7 +138,7 @@ class TimeSmoother:
             return coarse
         error = coarse - (self._time + self._period)
         if error > self._limit:  # samples are missing: keep the phase, skip whole periods
-            missing = round(error / self._period)
+            missing = max(1, round(error / self._period))
             self.lost += missing
             self.away += missing if error > 0.9 * LONG_GAP_SECONDS else 0
             self._time += (missing + 1) * self._period

@@ -66,6 +66,10 @@ class StreamHealth:
         """The warnings so far, each kind once, in order."""
         return tuple(self._notes.values())
 
+    def signs_known(self) -> None:
+        """The signs of counts are known: take back the warning that they may be wrong."""
+        self._notes.pop(data_quality.unsigned_counts.__name__, None)
+
     def feed(self, readings: Readings, arrival: float, since: float) -> None:
         """Check new samples.
 

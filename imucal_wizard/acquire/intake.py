@@ -13,6 +13,7 @@ from imucal_wizard.acquire.detect import GarbageDetector
 from imucal_wizard.acquire.health import MAX_ARRIVAL_GAP_SECONDS, StreamHealth
 from imucal_wizard.acquire.search import Backlog, ResolvedStream, StreamSearch
 from imucal_wizard.acquire.setup import AUTO, StreamSetup
+from imucal_wizard.acquire.stream_corrections import StreamCorrections
 from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from imucal_wizard.core.records import dataclass
@@ -74,6 +75,7 @@ class Intake:
         self._decoder: Decoder | None = None
         self._assembler: Assembler | None = None
         self._health: StreamHealth | None = None
+        self._corrections = None if recording else StreamCorrections()
         self._garbage = GarbageDetector()
         self._unread = 0
         self._malformed = 0
@@ -107,6 +109,8 @@ class Intake:
             return self._garbage.problem
         if self._assembler is not None and self._assembler.missing.problem:
             return self._assembler.missing.problem
+        if self._corrections is not None and self._corrections.problem:
+            return self._corrections.problem
         if self._unread < _MAX_UNREAD_LINES:
             return ""
         return (
@@ -136,7 +140,7 @@ class Intake:
     @property
     def rows(self) -> int:
         """Number of rows read, with or without a number in each needed column."""
-        return self.samples + (self._assembler.missing.count if self._assembler else 0)
+        return self._assembler.samples + self._assembler.missing.count if self._assembler else 0
 
     @property
     def without_number(self) -> str:
@@ -170,17 +174,34 @@ class Intake:
     def measured_rate(self) -> float:
         """Current estimate of the samples per second; 0 while unknown."""
         period = self._assembler.period if self._assembler else 0.0
-        return 1.0 / period if period else 0.0
+        repeated = self._corrections.repeated if self._corrections else 1.0
+        return 1.0 / (repeated * period) if period else 0.0
+
+    @property
+    def signs(self) -> Mapping[str, int]:
+        """Bits of the counts that were written as unsigned numbers and have a sign, by sensor."""
+        return self._corrections.signs if self._corrections else {}
+
+    @property
+    def signed_since(self) -> float:
+        """Time of the sample that showed the newest of these signs, s."""
+        return self._corrections.signed_since if self._corrections else 0.0
 
     @property
     def samples(self) -> int:
         """Number of samples returned."""
-        return self._assembler.samples if self._assembler else 0
+        left_out = self._corrections.dropped if self._corrections else 0
+        return self._assembler.samples - left_out if self._assembler else 0
 
     @property
     def lost(self) -> int:
         """Number of lost samples by the device's time or counter, or by the host's clock."""
         return self._assembler.lost if self._assembler else 0
+
+    @property
+    def dropped(self) -> int:
+        """Number of lost samples without those lost while the device was away."""
+        return self._assembler.dropped if self._assembler else 0
 
     @property
     def malformed(self) -> int:
@@ -213,7 +234,10 @@ class Intake:
         known = formats().get(self.format)
         note = known.note if known else ""
         seen = self._health.notes if self._health else ()
-        return (*self._search.notes, *((note,) if note else ()), *seen)
+        corrected = self._corrections.notes if self._corrections else ()
+        times = self._assembler.time_note if self._assembler else ""
+        own = (text for text in (note, times) if text)
+        return (*self._search.notes, *own, *corrected, *seen)
 
     def feed(self, data: bytes, arrival: float, since: float | None = None) -> Readings | None:
         """Add received bytes.
@@ -277,8 +301,12 @@ class Intake:
         found = self._search.finish() if self._assembler is None else None
         parts = [None if found is None else self._start(found)]
         if self._assembler is not None:
-            parts.append(self._assembler.flush())
-        return _joined(parts)
+            parts.append(self._corrected(self._assembler, self._assembler.flush()))
+        if self._corrections is not None:
+            parts.append(self._corrections.flush())
+        readings = _joined(parts)
+        self._know_rate(readings)
+        return readings
 
     def reconfigured(self, setup: StreamSetup) -> "tuple[Intake, Readings | None]":
         """An Intake with another setup, fed with the bytes that this one still keeps.
@@ -331,14 +359,27 @@ class Intake:
             self._unread += rows.malformed
             if not self._binary:
                 self._garbage.feed(data)
-        readings = assembler.feed(rows, arrival)
-        if not self._rate and assembler.samples:
-            self._rate = self.measured_rate
+        readings = self._corrected(assembler, assembler.feed(rows, arrival))
+        self._know_rate(readings)
         if self._health is not None:
             if readings is not None:
                 self._health.feed(readings, arrival, arrival if since is None else since)
             self._health.count(self.malformed, self._decimals)
         return readings
+
+    def _know_rate(self, readings: Readings | None) -> None:
+        """Keep the rate with which the first Readings are returned."""
+        if not self._rate and readings is not None:
+            self._rate = self.measured_rate
+
+    def _corrected(self, assembler: Assembler, readings: Readings | None) -> Readings | None:
+        """What is known of these samples, and of those that waited."""
+        if readings is None or self._corrections is None:
+            return readings
+        known = self._corrections.feed(readings, assembler.period)
+        if self._corrections.signs and self._health is not None:
+            self._health.signs_known()
+        return known
 
 
 def _joined(parts: Iterable[Readings | None]) -> Readings | None:

@@ -86,6 +86,15 @@ def fitting_parser(
     add_json(made)
     add_recording_options(made)
     add_all_samples(made)
+    made.add_argument(
+        "--without",
+        action="append",
+        default=[],
+        type=_span,
+        metavar="FROM:TO",
+        help="leave out the samples of this span, s, like 12.5:18, such as a hold in which the "
+        "device was touched; may be given several times",
+    )
     add_gravity(made)
     made.set_defaults(rates=(), turns=(), rate_unit=None)
     return made
@@ -349,6 +358,7 @@ def recording_options(arguments: argparse.Namespace) -> RecordingOptions:
         gyroscope_unit=arguments.gyro_unit,
         magnetometer_unit=arguments.mag_unit,
         as_format=arguments.as_format,
+        without=tuple(getattr(arguments, "without", ())),
     )
 
 
@@ -466,6 +476,17 @@ def _between(low: float, high: float, says: str) -> Callable[[str], float]:
         return value
 
     return number
+
+
+def _span(text: str) -> tuple[float, float]:
+    """The type of an option for a span of time, s."""
+    try:
+        start, end = map(float, text.split(":"))
+    except ValueError:
+        start = end = 0.0
+    if not start < end:
+        raise argparse.ArgumentTypeError(f"{text!r} is no span; give its ends, like 12.5:18")
+    return start, end
 
 
 def _number(text: str) -> float:

@@ -22,6 +22,7 @@ from imucal_wizard.cli.arguments import (
 )
 from imucal_wizard.cli.outcome import (
     answer,
+    note_spans,
     recording_of,
     save_or_print,
     save_usable,
@@ -272,6 +273,7 @@ def write_diagnosis(
         notes = without_refusals(notes, [one.sensor for one in statements])
     for warning in notes:
         note(f"warning: {warning}")
+    note_spans(statements)
 
 
 def base_terms(text: str) -> dict[str, tuple[str, ...]]:

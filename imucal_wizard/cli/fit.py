@@ -14,7 +14,14 @@ from imucal_wizard.cli.arguments import (
     fitting_parser,
     limits_of_use,
 )
-from imucal_wizard.cli.outcome import calibrated, save_or_print, spare, spare_others, write_json
+from imucal_wizard.cli.outcome import (
+    calibrated,
+    note_spans,
+    save_or_print,
+    spare,
+    spare_others,
+    write_json,
+)
 from imucal_wizard.core.output import note, say
 
 USAGE = (("fit FILE...", "fit a recording"),)
@@ -71,6 +78,7 @@ def run(argv: Sequence[str]) -> int:
     else:
         for warning in fit.report.notes(judged=bool(says)):
             note(f"warning: {warning}")
+    note_spans(diagnosis.values())
     if arguments.json:
         from imucal_wizard.report.document import fit_document
 

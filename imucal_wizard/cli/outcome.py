@@ -5,7 +5,7 @@ No command writes over a recording, nor over a file of another kind without ``--
 
 import argparse
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +28,7 @@ from imucal_wizard.core.output import (
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.api import Fit, Recording
+    from imucal_wizard.diagnose.diagnosis import Diagnosis
     from imucal_wizard.report.calibration_file import Calibration
 
 
@@ -42,6 +43,16 @@ def recording_of(arguments: argparse.Namespace) -> "Recording":
     options = recording_options(arguments)
     on_table = any(table_options(arguments))
     return Recording(arguments.files, options, all_samples=arguments.all_samples, on_table=on_table)
+
+
+def note_spans(diagnosis: "Iterable[Diagnosis]") -> None:
+    """Give the option that leaves out the holds of which a verdict says so."""
+    from imucal_wizard.diagnose.verdict_text import spans_to_leave_out
+
+    spans = dict.fromkeys(span for one in diagnosis for span in spans_to_leave_out(one))
+    if spans:
+        options = " ".join(f"--without {start:.1f}:{end:.1f}" for start, end in spans)
+        note(f"without what was disturbed: {options}")
 
 
 def calibrated(

@@ -355,7 +355,8 @@ def judge_field(
 
     Args:
         field: corrected mean of each hold, shape (n, 3).
-        up: corrected force of each, any length, shape (n, 3); None without an accelerometer.
+        up: corrected force of each, any length, shape (n, 3); None if the accelerometer does not
+            show it, so that the dip is not judged.
         limit: of use.
         floor: rms error that the calibration left on other directions.
         unit: of the field and of both, ``uT`` or ``count``.
@@ -372,7 +373,8 @@ def judge_field(
     if up is not None:
         dip = np.arcsin((field * up).sum(axis=1) / length / np.linalg.norm(up, axis=1))
         error = max(error, float(dip.std() * length.mean()))
-    words = f"magnitude and dip vary by {quantity(error, unit)}, limit {quantity(limit, unit)}"
+    what = "magnitude varies" if up is None else "magnitude and dip vary"
+    words = f"{what} by {quantity(error, unit)}, limit {quantity(limit, unit)}"
     verdict = RecheckVerdict.NO_GO if error > limit else RecheckVerdict.GO
     return replace(made, verdict=verdict, error=error, says=words)
 

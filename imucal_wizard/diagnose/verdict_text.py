@@ -402,13 +402,11 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if 0 in diagnosis.disturbed_holds and of_before:
         what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
     advice = f"Measure {them} again; nothing has been deleted."
-    holds = diagnosis.disturbed_holds
-    if len(holds) == len(places) and measured_again(bench.rows, holds):
-        rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
-        spans = _and([f"{start:.1f} to {end:.1f} s" for start, end in bench.rows.span[rows]])
+    if spans := spans_to_leave_out(diagnosis):
+        said = _and([f"{start:.1f} to {end:.1f} s" for start, end in spans])
         advice = (
-            "Other holds in the same pose agree with the rest: fit a copy of the recording without "
-            f"{spans}. Nothing has been deleted."
+            f"Other holds in the same pose agree with the rest: fit the recording without {said}. "
+            "Nothing has been deleted."
         )
     return [
         (
@@ -416,6 +414,16 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"tested here, and without {them} only noise is left: {what}. {advice}"
         )
     ]
+
+
+def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
+    """Spans of the disturbed holds, s, if nothing else is disturbed and others show their poses."""
+    holds, bench = diagnosis.disturbed_holds, diagnosis.bench
+    others = diagnosis.disturbed_stretches or diagnosis.disturbed_rotations
+    if bench is None or others or not holds or not measured_again(bench.rows, holds):
+        return []
+    rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
+    return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
 def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:

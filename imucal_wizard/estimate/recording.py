@@ -102,7 +102,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     on_table = bool(options.left_out)
     turns = [] if gyroscope is None or on_table else segments(report.holds, gyroscope)
     report = with_second_stage(report, series, turns)
-    notes = repeats_note("magnetometer", readings.magnetometer, series)
+    notes = repeats_note("magnetometer", len(readings.magnetometer) / len(series))
     return replace(report, warnings=(*report.warnings, *notes))
 
 
@@ -298,7 +298,7 @@ def fit_collected(
     from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
 
     series = without_repeats(collected.magnetometer)
-    warnings = (*warnings, *repeats_note("magnetometer", collected.magnetometer, series))
+    warnings = (*warnings, *repeats_note("magnetometer", len(collected.magnetometer) / len(series)))
     report = with_magnetometer(
         lambda: _held(collected, units, rate, options, warnings, readings),
         lambda: fit_during(

@@ -11,7 +11,6 @@ from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.gravity import (
     UNITS_BY_SIZE,
     acceleration_unit,
-    are_whole_numbers,
     median_magnitude,
     unit_of_gravity,
 )
@@ -51,12 +50,11 @@ from imucal_wizard.core.statistics import (
 )
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement import clipping
+from imucal_wizard.measurement.unsigned_counts import WORD_BITS
 
 SAME_STEP = 0.01
 """Relative difference of a step from a decimal fraction of a unit, up to which digits may make it:
 the steps of converters are halves of halves of a range, 2.4 % from 1 mg at the nearest."""
-_WORD_BITS = (16, 24, 32)
-"""Lengths of the whole numbers that sensors send."""
 _STEPS_FROM = 5000
 """Samples from which the smallest step is determined."""
 
@@ -67,7 +65,7 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
         return (f"there are only {len(readings)} samples",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
-    found += [_missing_samples(readings.accelerometer.time)]
+    found += [missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
     found += [clipping.clipped_range(sensor, series) for sensor, series in sensors]
@@ -267,38 +265,27 @@ def _feels_gravity(series: Series | None) -> bool:
     return near and float(np.std(sizes)) < 0.05 * size
 
 
-def as_signed(values: FloatArray) -> FloatArray | None:
-    """The readings with negative numbers if those were written as unsigned ones, otherwise None.
+def unsigned_counts(readings: Readings) -> str:
+    """Warning about resting axes that may be negative counts sent as unsigned numbers.
 
-    A reading that passes through zero then jumps by the whole range of the number. Of the two
-    meanings that one is right which changes less from sample to sample: counts with an offset pass
-    through the middle of the range, and would jump there if they were read as signed.
-
-    Args:
-        values: counts, shape (n, 3).
+    Counts with an offset lie about the middle of the range: at rest, no two of their axes are in
+    the outer quarters of it. A reading that passes through zero shows which they are.
     """
-    if len(values) < 2 or not are_whole_numbers(values) or values.min() < 0:
-        return None
-    bits = next((n for n in _WORD_BITS if values.max() < 2.0**n), None)
-    if bits is None:
-        return None
-    meant = np.where(values >= 2.0 ** (bits - 1), values - 2.0**bits, values)
-    less = np.abs(np.diff(meant, axis=0)).sum() < np.abs(np.diff(values, axis=0)).sum()
-    return meant if less else None
-
-
-def _unsigned_counts(readings: Readings) -> str:
-    """Warning about negative counts that were sent as unsigned numbers."""
     for sensor, series in inertial_sensors(readings):
-        if series.unit == COUNT and as_signed(series.values) is not None:
+        if series.unit != COUNT or not len(series):
+            continue
+        rest = np.median(series.values, axis=0)
+        top = next((2.0**bits for bits in WORD_BITS if rest.max() < 2.0**bits), np.inf)
+        if rest.min() >= 0.0 and rest.max() >= 0.75 * top and rest.min() <= 0.25 * top:
             return (
-                f"The {sensor} sends negative readings as unsigned numbers, which are read as "
-                "large ones: let the device send them as signed numbers (Arduino: int16_t)."
+                f"Readings of the {sensor} like {rest.max():.0f} may be negative ones, sent as "
+                "unsigned numbers: turn the device over once before the start, which shows it, or "
+                "let it send signed numbers (int16_t)."
             )
     return ""
 
 
-READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, _unsigned_counts)
+READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, unsigned_counts)
 """Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 
@@ -311,7 +298,14 @@ def _unit_taken_for_another(size: float) -> str:
     return ""
 
 
-def _missing_samples(time: FloatArray) -> str:
+ARRIVAL_TIMES = (
+    "the times jitter as if they were taken on arrival; let the device print its own time, or "
+    "leave the column out and give the rate"
+)
+"""Message about times that are neither even nor the device's own."""
+
+
+def missing_samples(time: FloatArray) -> str:
     """Warning about missing samples, or about times taken at arrival."""
     steps = np.diff(time)
     usual = median(steps) if len(steps) else 0.0
@@ -323,10 +317,7 @@ def _missing_samples(time: FloatArray) -> str:
     uneven = median(np.abs(ratios - np.round(ratios))) > MAX_UNEVEN_PART
     bursts = median(ratios) > MAX_BURST_RATIO
     if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
-        return (
-            "the times jitter as if they were taken on arrival; let the device"
-            " print its own time, or leave the column out and give the rate"
-        )
+        return ARRIVAL_TIMES
     # a time that was given twice, or late, makes a long step, too, in which nothing is missing
     near = np.append(steps, usual)
     short = np.maximum(usual - np.maximum(near[gaps - 1], 0.0), 0.0)

@@ -320,21 +320,13 @@ def without_repeats(series: Series) -> Series:
 def measured_rows(*values: FloatArray) -> IntArray | None:
     """Which readings to keep so that each measurement counts once; None if none is repeated.
 
-    Coarse readings repeat as well, but with many runs of length one; if a faster stream repeats a
-    reading, a run is hardly ever shorter than the time between two measurements.
-
     Args:
         values: readings of each of the sensors that are measured together, shape (n, 3).
     """
-    equal = [true_on_all_axes(one[1:] == one[:-1]) for one in values]
-    starts = np.concatenate([[0], np.flatnonzero(~np.logical_and.reduce(equal)) + 1])
+    starts = run_starts(*values)
     lengths = np.diff(np.append(starts, len(values[0])))
-    whole = lengths[1:-1]
-    if len(whole) < MIN_RUNS or np.mean(whole == 1) > MAX_SINGLE_RUN_SHARE:
-        return None
-    shortest = sample_quantile(whole, SHORTEST_RUN_QUANTILE)
-    period = float(whole[whole <= MAX_SINGLE_RUN_RATIO * shortest].mean())
-    if period < 1.5:
+    period = repeat_period(lengths[1:-1])
+    if period is None:
         return None
     # consecutive equal measurements keep their number
     counts = np.maximum(np.round(lengths / period).astype(np.int64), 1)
@@ -343,13 +335,45 @@ def measured_rows(*values: FloatArray) -> IntArray | None:
     return np.asarray(first + (place * np.repeat(lengths / counts, counts)).astype(np.int64))
 
 
-def repeats_note(sensor: str, series: Series, once: Series) -> tuple[str, ...]:
-    """A message about repeated readings; empty if there are none."""
-    if len(once) == len(series):
+def run_starts(*values: FloatArray) -> IntArray:
+    """Where runs of equal readings begin; the arguments are those of ``measured_rows``."""
+    equal = [true_on_all_axes(one[1:] == one[:-1]) for one in values]
+    return np.concatenate([[0], np.flatnonzero(~np.logical_and.reduce(equal)) + 1])
+
+
+def repeat_period(lengths: IntArray, *, at_rest: bool = False) -> float | None:
+    """Samples from one measurement to the next; None if none is repeated.
+
+    Coarse readings repeat as well, but with many runs of length one; if a faster stream repeats a
+    reading, a run is hardly ever shorter than the time between two measurements.
+
+    Args:
+        lengths: of whole runs of equal readings, shape (n,).
+        at_rest: the device may rest all the time. Coarse readings then have runs of all lengths
+            without short ones; nearly all runs must be of one measurement.
+    """
+    if len(lengths) < MIN_RUNS or np.mean(lengths == 1) > MAX_SINGLE_RUN_SHARE:
+        return None
+    shortest = sample_quantile(lengths, SHORTEST_RUN_QUANTILE)
+    single = lengths <= MAX_SINGLE_RUN_RATIO * shortest
+    if at_rest and single.mean() < 1.0 - MAX_SINGLE_RUN_SHARE:
+        return None
+    period = float(lengths[single].mean())
+    return None if period < 1.5 else period
+
+
+def repeats_note(sensor: str, times: float) -> tuple[str, ...]:
+    """A message about repeated readings; empty if there are none.
+
+    Args:
+        sensor: its name.
+        times: how often each reading is repeated.
+    """
+    if times == 1.0:
         return ()
     message = (
-        f"each reading of the {sensor} is repeated {len(series) / len(once):.2g} times in the "
-        "recording, because the sensor is slower than the lines; each counts once"
+        f"each reading of the {sensor} is repeated {times:.2g} times, because the sensor is "
+        "slower than the lines; each counts once"
     )
     return (message,)
 

@@ -11,7 +11,14 @@ from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE, LIMITS_OF_USE, USUAL_GRADE
-from imucal_wizard.core.poses import AXES, axes_in_words
+from imucal_wizard.core.poses import (
+    AXES,
+    DIRECTIONS,
+    POSE_SETS,
+    POSE_TOLERANCE_DEG,
+    axes_in_words,
+    nearest_pose,
+)
 from imucal_wizard.core.quantities import or_nan
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
@@ -202,7 +209,9 @@ class CalibratedDevice:
                 # the same axes first: all sensors may have changed alike
                 for order in (*axes.values(), *SIGNED_PERMUTATIONS):
                     every = {**axes, MAGNETOMETER: order}
-                    again[MAGNETOMETER] = self._field(with_axes(measured, every))
+                    again[MAGNETOMETER] = self._field(
+                        with_axes(measured, every), again.get(ACCELEROMETER)
+                    )
                     if again[MAGNETOMETER].verdict is not RecheckVerdict.NO_GO:
                         break
             if not self._wrong(again, measured):
@@ -219,7 +228,7 @@ class CalibratedDevice:
                 says = f"the recording has no {name}: x, y and z were not seen"
                 sensors[name] = not_seen(one, self.criteria, says)
         if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER in units:
-            sensors[MAGNETOMETER] = self._field(measured)
+            sensors[MAGNETOMETER] = self._field(measured, sensors.get(ACCELEROMETER))
         return sensors
 
     def next_pose(self, collected: Collected, units: Mapping[str, str]) -> Proposal:
@@ -237,6 +246,23 @@ class CalibratedDevice:
         measured = recheck_data(collected)
         if why := self._misread(measured):
             return Proposal(None, 0, 1, why)
+        proposal = self._proposal(sensors, measured)
+        if proposal.pose is None or len(measured.holds) < ENOUGH_HOLDS:
+            return proposal
+        # a sensor with other axes than the calibration's shows nothing, however many poses follow
+        judged = self._judged(measured, units)
+        found = self._other_axes(measured, units, judged) if self._wrong(judged, measured) else []
+        if len(found) != 1:
+            return proposal
+        axes = found[0][0]
+        proposal = self._proposal(sensors, with_axes(measured, axes))
+        if proposal.pose is None or ACCELEROMETER not in axes:
+            return proposal
+        up = axes[ACCELEROMETER].T @ DIRECTIONS[proposal.pose]
+        return replace(proposal, pose=nearest_pose(up, POSE_SETS["18"], POSE_TOLERANCE_DEG))
+
+    def _proposal(self, sensors: Mapping[str, CalibratedSensor], measured: RecheckData) -> Proposal:
+        """The next pose, in the axes of what was measured."""
         detection = detection_powers(sensors, measured, self.criteria)
         powers = [
             one.power
@@ -365,10 +391,17 @@ class CalibratedDevice:
         ratio = self.criteria.gravity / max(size, 1e-9)
         return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > IMPLAUSIBLE_SCALE else ""
 
-    def _field(self, measured: RecheckData) -> SensorRecheck:
-        """The magnetometer, by constancy of magnitude and dip."""
+    def _field(self, measured: RecheckData, accelerometer: SensorRecheck | None) -> SensorRecheck:
+        """The magnetometer, by constancy of magnitude and dip.
+
+        Args:
+            measured: holds and rotations.
+            accelerometer: its verdict; one that has changed does not show the dip.
+        """
         sensor, readings = self.calibration[MAGNETOMETER], measured.readings
         up_of, rows, vectors = self.calibration.sensors.get(ACCELEROMETER), [], []
+        if accelerometer is not None and accelerometer.verdict is RecheckVerdict.NO_GO:
+            up_of = None
         series = None if readings is None else readings.magnetometer
         for hold in measured.holds:
             part = None if series is None else series.between(hold.start, hold.end)

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from imucal_wizard.acquire.files.session_file import DESCRIBE_COMMAND
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.acquire.stream_corrections import since
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import Readings
@@ -73,6 +74,7 @@ class DecodedStream:
     def _begin(self, intake: Intake) -> None:
         self.intake = intake
         self._noted: tuple[str, ...] = ()
+        self._signs = 0
         self._notifications = Notifications()
 
     def read(self, pieces: Sequence[tuple[bytes, float]]) -> Readings | None:
@@ -80,6 +82,11 @@ class DecodedStream:
         for _, arrival in pieces:
             self.link_health.heard(arrival)
         return self.intake.feed_all(pieces)
+
+    def signs_changed(self) -> bool:
+        """Whether the new readings have signs that earlier ones lack."""
+        before, self._signs = self._signs, len(self.intake.signs)
+        return self._signs != before
 
     def reconfigure(self, setup: StreamSetup) -> Readings | None:
         """Use another setup from now on; returns the samples in the bytes kept so far."""
@@ -116,10 +123,10 @@ class DecodedStream:
             unwritten=unwritten,
             rate=intake.measured_rate if intake.samples > 0 else rate,
             samples=samples,
-            lost=intake.lost,
+            lost=intake.dropped,
             malformed=intake.malformed,
             digits=intake.digits,
-            warnings=tuple(dict.fromkeys((*self._noted, *intake.warnings))),
+            warnings=tuple(dict.fromkeys((*intake.warnings, *self._noted))),
             needs=intake.needs,
             columns=intake.columns,
             line=intake.preview.line,
@@ -219,6 +226,12 @@ class Engine:
             self._resolved()
         self._view.changed()
         self._notify()  # in the step before these samples, however many come together
+        if self._stream.signs_changed() and self._machine is not None:
+            begun = self.step is not StepKind.SOURCE
+            self._begin_again()
+            if begun:
+                self.note("the readings before had wrong signs: the procedure begins again")
+            readings = readings and since(readings, self._stream.intake.signed_since)
         if readings is not None:
             self.receive_readings(readings)
         if self._time >= self._kept_until[0] or self.samples >= self._kept_until[1]:

@@ -9,7 +9,11 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 MAX_SILENCE_SECONDS = 3.0
 """Seconds without data after which silence is a problem."""
 
-_SILENT = "is the device switched on and sending, and is the baud rate right?"
+
+def _advice(intake: Intake) -> str:
+    """What to check where no data arrive; a stream that was read had the right speed."""
+    speed = "" if intake.samples else ", and is the baud rate right"
+    return f"is the device switched on and sending{speed}?"
 
 
 class LinkHealth:
@@ -47,7 +51,7 @@ class LinkHealth:
         if self._link:
             return ""
         return (
-            f"No data arrive any more: {_SILENT}"
+            f"No data arrive any more: {_advice(intake)}"
             if self._silent >= MAX_SILENCE_SECONDS
             else intake.problem
         )
@@ -63,7 +67,7 @@ class LinkHealth:
         if self._link or unwritten or intake.problem:
             return self._link or unwritten or intake.problem
         if self._silent >= MAX_SILENCE_SECONDS:
-            return f"no data for {int(self._silent)} s: {_SILENT}"
+            return f"no data for {int(self._silent)} s: {_advice(intake)}"
         if intake.needs == NEEDS_ACCELEROMETER:
             return NO_ACCELEROMETER
         if intake.needs:
@@ -98,8 +102,6 @@ class Notifications:
             yield from self._flow(stalled)
 
     def _noticed(self, warnings: Sequence[str]) -> list[str]:
-        if len(warnings) == len(self._warned):
-            return []
         new = [text for text in warnings if text not in self._warned]
         self._warned.update(new)
         return new

@@ -29,7 +29,7 @@ class StreamStatus:
             source has finished.
         rate: samples per second, 0 while unknown.
         samples: number of samples decoded.
-        lost: number of lost samples by the device's own counter or time.
+        lost: number of lost samples, without those lost while the device was away.
         malformed: number of lines or frames dropped.
         temperature: newest temperature, °C, or None.
         accelerometer: newest reading, or None.

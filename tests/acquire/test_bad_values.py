@@ -47,7 +47,9 @@ def test_repeated_samples_are_noticed() -> None:
     def repeat(values: FloatArray) -> None:
         values[1::2, 1:7] = values[0::2, 1:7]
 
-    assert "50% of the samples repeat" in warned(spoilt(repeat))
+    said = warned(spoilt(repeat))
+    assert "accelerometer and the gyroscope is repeated 2 times" in said
+    assert "of the samples repeat" not in said
 
 
 def test_values_that_never_change_are_noticed() -> None:
@@ -141,7 +143,7 @@ def test_counts_whose_signs_were_lost_are_named() -> None:
     values[:, 1:4] = np.round(values[:, 1:4] * 1670.0) - np.round([167.0, -334.0, 0.0])
     values[:, 4:7] = np.round(values[:, 4:7] * 900.0) - 9.0
     header = b"t[s],ax[count],ay[count],az[count],gx[count],gy[count],gz[count],temp[degC]\r\n"
-    words = "accelerometer sends negative readings as unsigned numbers"
+    words = "negative readings of the accelerometer were written as unsigned numbers"
     assert words not in warned(values, header)
     values[:, 1:7] = np.mod(values[:, 1:7], 2**16)
     assert words in warned(values, header)

@@ -240,3 +240,11 @@ def test_control_characters_in_a_file_name_never_reach_the_terminal(
 ) -> None:
     assert cli.main(["fit", "bad\x1b[2Jname.csv"]) == 2
     assert "\x1b" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("span", ["5", "5:", "a:b", "7:5", "1:2:3", "nan:3"])
+def test_a_span_needs_two_ends_in_their_order(
+    recording: Path, capsys: pytest.CaptureFixture[str], span: str
+) -> None:
+    assert cli.main(["fit", str(recording), "--without", span]) == 2
+    assert "give its ends, like 12.5:18" in capsys.readouterr().err

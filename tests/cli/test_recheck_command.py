@@ -467,6 +467,29 @@ def test_the_limit_does_not_depend_on_the_unit_of_the_readings(folder: Path) -> 
     assert errors[1] == pytest.approx(errors[0], rel=1e-6)
 
 
+def test_an_accelerometer_that_has_changed_accuses_no_magnetometer(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The up direction is then wrong, and with it the dip."""
+    path, saved, now = (tmp_path / name for name in ("a.csv", "cal.json", "now.csv"))
+    simulate_recording(
+        path, seed=11, rate=25.0, poses="6", rotations=1, hold=3.0, magnetometer=True
+    )
+    options = ["--no-verdict", "--force", "--save", str(saved)]
+    assert cli.main(["fit", str(path), *options]) == 0
+    rows = [line.split(",") for line in path.read_text().splitlines()]
+    for row in rows:
+        if row[0][0].isdigit():
+            row[1] = f"{float(row[1]) + 0.5:.6f}"
+    now.write_text("\n".join(map(",".join, rows)))
+    capsys.readouterr()
+    assert cli.main(["recheck", str(saved), str(now), "--json", "-"]) == 1
+    sensors = json.loads(capsys.readouterr().out)["sensors"]
+    assert sensors["accelerometer"]["verdict"] == "no-go"
+    assert sensors["magnetometer"]["verdict"] == "go"
+    assert sensors["magnetometer"]["says"].startswith("magnitude varies by")
+
+
 def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -> None:
     plain = read_calibration(folder / "cal.json")
     field = msgspec.structs.replace(plain["accelerometer"], unit="uT", bias_unit="uT")

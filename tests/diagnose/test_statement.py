@@ -20,7 +20,7 @@ from imucal_wizard.diagnose.survey import (
 )
 from imucal_wizard.diagnose.suspects import EffectTrial
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
@@ -182,10 +182,12 @@ def test_a_moved_hold_is_accused_and_asked_for_once(poses: str, again: bool) -> 
     if again:
         assert "hold 10" in said.next_poses[0].why
         assert "Measure it again" in said.says
+        assert spans_to_leave_out(said) == []
         return
     hold = report.holds[9]
     assert said.next_poses == ()
     assert f"recording without {hold.start:.1f} to {hold.end:.1f} s" in said.says
+    assert spans_to_leave_out(said) == [(hold.start, hold.end)]
 
 
 def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:

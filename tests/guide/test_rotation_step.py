@@ -58,6 +58,30 @@ def test_the_live_angle_and_rates_follow_the_turn() -> None:
     assert after.angle == 0.0
 
 
+def test_a_gap_ends_a_rotation_at_once_and_a_new_hold_is_asked_for() -> None:
+    """What the rotation has turned before the gap cannot count: it must not be continued."""
+    device, machine = rotating()
+    machine.feed(device.rotate("x", 60.0).gap(5.0).rotate("x", 60.0).taken())
+    status = machine.status()
+    assert status.act is Act.HOLD
+    assert status.rotation is not None
+    assert status.rotation.angle == 0.0
+    events = machine.feed(device.rest(2.0).taken())
+    assert texts(events, EventKind.ROTATION_REJECTED) == [
+        "Rotation not used: samples are missing in it."
+    ]
+    assert machine.status().act is Act.ROTATE
+
+
+def test_a_gap_at_rest_asks_for_a_new_hold_and_rejects_no_rotation() -> None:
+    device, machine = rotating()
+    events = machine.feed(device.gap(5.0).rest(0.5).taken())
+    assert machine.status().act is Act.HOLD
+    events += machine.feed(device.rest(2.0).taken())
+    assert EventKind.ROTATION_REJECTED not in kinds(events)
+    assert machine.status().act is Act.ROTATE
+
+
 def test_what_is_asked_for_about_each_axis_has_both_senses_and_three_speeds() -> None:
     """Whoever does what is asked has both ticks at the end, beginning with either sense."""
     device = Device()

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.intake import LINK_BREAK
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings, Series
@@ -145,8 +146,27 @@ def test_silence_is_named_with_its_length_and_ends_with_the_next_data() -> None:
     assert "no data for 3 s" in engine.snapshot().stream.problem
     engine.idle(4.2)
     assert "no data for 4 s" in engine.snapshot().stream.problem
+    assert "baud rate" not in engine.snapshot().stream.problem  # what was read had the right one
     engine.receive(b"9.9,", 4.3)
     assert engine.snapshot().stream.problem == ""
+
+
+def test_samples_of_the_time_in_which_a_device_was_away_do_not_count_as_lost() -> None:
+    engine = Engine()
+    lines = contract(900).splitlines(keepends=True)
+    engine.receive(b"".join(lines[:300]), 0.0)
+    engine.receive(LINK_BREAK, 8.0)
+    engine.receive(b"".join(lines[800:]), 9.0)
+    assert engine.snapshot().stream.lost == 0
+    engine.receive(printed(at_rest(920)[905:]), 9.2)
+    assert engine.snapshot().stream.lost == 5
+
+
+def test_a_port_of_which_nothing_was_read_may_have_the_wrong_speed() -> None:
+    engine = Engine()
+    engine.idle(0.0)
+    engine.idle(3.0)
+    assert "is the baud rate right?" in engine.snapshot().stream.problem
 
 
 def test_a_stream_that_stops_while_measuring_is_heard_and_so_is_its_return() -> None:

@@ -6,9 +6,12 @@ from pathlib import Path
 import pytest
 
 from imucal_wizard.api import Recording, calibrate, read
+from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.guide.steps.recheck import Planner
+from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,
     RecheckSettings,
@@ -86,3 +89,21 @@ def test_a_recheck_that_is_resumed_asks_for_what_its_calibration_needs(
     assert status == live.status()
     assert status.holds > 0
     assert status.progress[1] == 12.0
+
+
+def test_a_recheck_of_exchanged_axes_ends_once_the_exchange_explains_all(
+    device: CalibratedDevice, tmp_path: Path
+) -> None:
+    """With the axes as they are read, no pose shows anything of the gyroscope."""
+    path = tmp_path / "today.csv"
+    simulate_recording(path, seed=SEED, rate=50.0, poses="8", hold=2.5, rotations=0)
+    text = path.read_text().replace("ax[", "other[").replace("ay[", "ax[").replace("other[", "ay[")
+    path.write_text(text)
+    readings = read(path).readings
+    assert readings.gyroscope is not None
+    holds, _, _ = find_holds(readings, 9.80665)
+    rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
+    units = {"accelerometer": "m/s^2", "gyroscope": "rad/s"}
+    proposal = device.next_pose(Collected(tuple(holds), tuple(rotations)), units)
+    assert proposal.pose is None
+    assert proposal.seen == proposal.wanted == 12

@@ -1,11 +1,15 @@
 """The source step: what there is, what arrives, whether it makes sense."""
 
+import os
+import sys
 import threading
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from textual.events import Key
+from textual.widgets import Input
 
 from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.acquire.resolve import NEEDS_ACCELEROMETER
@@ -18,7 +22,7 @@ from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
 from tests.tui import fakes
 from tests.tui.terminals import USUAL
-from tests.tui.waiting import shows, until
+from tests.tui.waiting import seen, shows, until
 from tests.waiting import PATIENCE
 
 AT_ONCE = AppSettings(header_patience=0.0)
@@ -222,6 +226,25 @@ async def test_what_is_typed_is_opened_as_a_port_or_as_a_file(typed: str, kind: 
     assert (chosen[0].kind, chosen[0].target) == (kind, typed)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="ports have no other names there")
+async def test_another_name_of_a_device_is_a_port(tmp_path: Path) -> None:
+    chosen: list[SourceChoice] = []
+
+    def take(choice: SourceChoice) -> fakes.FakeSource:
+        chosen.append(choice)
+        return fakes.FakeSource()
+
+    (tmp_path / "imu").symlink_to(os.devnull)
+    services = replace(fakes.services(fakes.FakeSource()), open_source=take)
+    async with WizardApp(services).run_test(size=USUAL) as pilot:
+        await shows(pilot, "virtual IMU")
+        await pilot.press("tab")
+        pilot.app.screen.query_one(Input).value = str(tmp_path / "imu")
+        await pilot.press("enter")
+        await until(pilot, lambda: bool(chosen))
+    assert chosen[0].kind is SourceKind.PORT
+
+
 async def test_unattended_and_recordings_start_by_themselves() -> None:
     source = fakes.FakeSource()
     app = WizardApp(fakes.services(source), AppSettings(auto=True), PORT)
@@ -247,7 +270,9 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     )
     app = WizardApp(fakes.services(source), AT_ONCE, PORT)
     async with app.run_test(size=USUAL) as pilot:
-        await shows(pilot, "which column is what?", "[red]0.03", "acc_x", "rate unit", "▲ choose")
+        await shows(
+            pilot, "which column is what?", "[red]0.03", "acc_x", "gyroscope unit", "▲ choose"
+        )
         source.stream = replace(source.stream, line="0.1,9.7,0.2", values=(0.1, 9.7, 0.2, 1, 2, -3))
         source.say(source.status)
         await shows(pilot, "newest line: 0.1,9.7,0.2", "now 9.700", "now −3.000")
@@ -258,6 +283,43 @@ async def test_a_gyroscope_unit_that_is_not_known_is_asked_for() -> None:
     setup = source.setups[0]
     assert setup.gyroscope_unit == "deg/s"
     assert setup.columns[3] == Column("gx", "deg/s", "gyr_x")
+
+
+async def test_questions_about_columns_say_that_the_device_is_unplugged() -> None:
+    """The last line would look like the newest one, and turning the device would change nothing."""
+    source = fakes.FakeSource()
+    columns = tuple(Column(f"{kind}{axis}", "", "") for kind in "ag" for axis in "xyz")
+    live = replace(
+        fakes.STREAM,
+        needs=("gyroscope unit",),
+        columns=columns,
+        line="0,0,9.8,1,2,3",
+        values=(0.0, 0.0, 9.8, 1.0, 2.0, 3.0),
+    )
+    source.stream = live
+    async with WizardApp(fakes.services(source), AT_ONCE, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "newest line: 0,0,9.8", "now 9.800")
+        source.stream = replace(live, connected=False, problem="the port is gone: plug it in again")
+        source.say(source.status)
+        text = await shows(pilot, "▲ the port is gone: plug it in again")
+        assert "newest line" not in text
+        assert "now " not in text
+        source.stream = live
+        source.say(source.status)
+        text = await shows(pilot, "newest line: 0,0,9.8", "now 9.800")
+        assert "plug it in" not in text
+
+
+async def test_an_error_in_the_answers_is_taken_back_once_they_are_changed() -> None:
+    source = fakes.FakeSource()
+    columns = tuple(Column(f"{kind}{axis}", "", "") for kind in "ag" for axis in "xyz")
+    source.stream = replace(fakes.STREAM, needs=("gyroscope unit",), columns=columns)
+    async with WizardApp(fakes.services(source), AT_ONCE, PORT).run_test(size=USUAL) as pilot:
+        await shows(pilot, "which column is what?")
+        await pilot.press("enter")
+        await shows(pilot, "▲ choose the unit of the")
+        await pilot.press("right")
+        await until(pilot, lambda: "choose the unit of" not in seen(pilot))
 
 
 async def test_the_fields_unit_is_asked_too_and_a_current_beside_it_is_kept() -> None:
@@ -272,7 +334,7 @@ async def test_the_fields_unit_is_asked_too_and_a_current_beside_it_is_kept() ->
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         await shows(pilot, "is this what you expect?")
         await pilot.press("c")
-        await shows(pilot, "which column is what?", "field unit", "22 to 67 µT")
+        await shows(pilot, "which column is what?", "magnetometer unit", "22 to 67 µT")
         await pilot.press(*["down"] * 13, "right", "right", "enter")
         await until(pilot, lambda: bool(source.setups))
     setup = source.setups[0]
@@ -355,12 +417,12 @@ async def test_no_unit_is_asked_of_a_sensor_that_is_not_there() -> None:
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         await shows(pilot, "c columns and units")
         await pilot.press("c")
-        text = await shows(pilot, "which column is what?", "rate unit")
+        text = await shows(pilot, "which column is what?", "gyroscope unit")
         assert "▲ choose" not in text
         await pilot.press("up", "up", "up", "up", "up", *["left"] * 10)  # light is gx
         text = await shows(pilot, "▲ choose")
         assert text.count("▲ choose") == 1
-        assert "▲ choose" in text.partition("rate unit")[2].partition("field unit")[0]
+        assert "▲ choose" in text.partition("gyroscope unit")[2].partition("magnetometer unit")[0]
 
 
 async def test_a_stream_without_an_accelerometer_is_told_so_and_not_asked_for_columns() -> None:

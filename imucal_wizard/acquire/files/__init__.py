@@ -23,6 +23,7 @@ class RecordingOptions:
         gyroscope_unit: unit of the angular rates.
         magnetometer_unit: unit of the field.
         as_format: name of the format (``imu_tk`` or a wire format), or None to look at the content.
+        without: spans of time whose samples are left out, s, in the times of the readings.
     """
 
     columns: tuple[str, ...] = ()
@@ -31,16 +32,26 @@ class RecordingOptions:
     gyroscope_unit: str | None = None
     magnetometer_unit: str | None = None
     as_format: str | None = None
+    without: tuple[tuple[float, float], ...] = ()
+
+
+def log_of(path: Path) -> Path:
+    """The write-ahead log that SQLite keeps beside a file."""
+    return path.with_name(f"{path.name}-wal")
 
 
 def is_session(path: Path) -> bool:
     """Whether a file is an SQLite database, as session files are; reading it reports any damage.
 
-    A session whose first page is damaged is known by its name and by its whole pages.
+    A session whose first page is damaged is known by its name and by its whole pages. One that may
+    be open is known by its name and its log: to close another handle of a file ends all locks of a
+    process on it (POSIX), and the next program to close the session would remove the log.
     """
     try:
         if not path.is_file():  # what is read from a pipe is gone
             return False
+        if path.suffix == SUFFIX and log_of(path).exists():
+            return True
         with path.open("rb") as file:
             whole = file.read(len(_SQLITE)) == _SQLITE
         size = path.stat().st_size

@@ -29,6 +29,7 @@ from imucal_wizard.acquire.files.file_bytes import (
 from imucal_wizard.acquire.files.whole_recording import FileSamples, known_by_all_readings
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
+from imucal_wizard.acquire.stream_corrections import with_signs
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
@@ -116,7 +117,31 @@ def read_files(
         refuse_without_gravity(readings)
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
-    return replace(readings, warnings=tuple(dict.fromkeys((*warnings, *check_recording(readings)))))
+    warnings = list(dict.fromkeys((*warnings, *check_recording(readings))))
+    return _left_out(replace(readings, warnings=tuple(warnings)), options.without)
+
+
+def _left_out(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readings:
+    """The readings without those of some spans, after whose gaps no rotation goes on.
+
+    Raises:
+        UsageError: there are no samples in a span.
+    """
+    for start, end in spans:
+        series = {name: one for name in _SERIES if (one := getattr(readings, name)) is not None}
+        rows = {id(one.time): (one.time < start) | (one.time > end) for one in series.values()}
+        times = {id(one.time): one.time[rows[id(one.time)]] for one in series.values()}
+        if all(there.all() for there in rows.values()):
+            raise UsageError(
+                f"there are no samples from {start:g} to {end:g} s", settings=("without",)
+            )
+        kept = {
+            name: replace(one, time=times[id(one.time)], values=one.values[rows[id(one.time)]])
+            for name, one in series.items()
+        }
+        note = f"the samples from {start:g} to {end:g} s are left out, as stated"
+        readings = replace(readings, **kept, warnings=(*readings.warnings, note))
+    return readings
 
 
 def refuse_unknown_format(options: RecordingOptions) -> None:
@@ -282,7 +307,7 @@ def _decode_pieces(intake: Intake, batches: Iterable[Batch]) -> FileSamples | No
     found = [part for part in (*parts, intake.flush()) if part is not None]
     if not found:
         return None
-    readings = join_readings(found)
+    readings = with_signs(join_readings(found), intake.signs)
     series = {name: getattr(readings, name) for name in _SERIES}
     there = {name: one for name, one in series.items() if one is not None and len(one)}
     return FileSamples(there, intake.warnings)

@@ -18,8 +18,7 @@ from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import Any
 
-from imucal_wizard.acquire.files import SUFFIX, Batch, is_session
-from imucal_wizard.acquire.files.sqlite_pages import log_of
+from imucal_wizard.acquire.files import SUFFIX, Batch, is_session, log_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DamagedSessionError, SessionError
 from imucal_wizard.core.output import why_it_cannot_grow

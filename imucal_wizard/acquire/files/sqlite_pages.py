@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from imucal_wizard.acquire.files import log_of
+
 Row = tuple[int, tuple[Any, ...]]
 """Number and values of a row; an INTEGER PRIMARY KEY has the value None."""
 _HEADER_BYTES = 100
@@ -92,11 +94,6 @@ class PageReader:
         if len(data) != length:
             raise ValueError("the record is cut short")
         return data
-
-
-def log_of(path: Path) -> Path:
-    """The write-ahead log that SQLite keeps beside a file."""
-    return path.with_name(f"{path.name}-wal")
 
 
 def _page(file: Any, place: int, size: int) -> bytes:

@@ -13,14 +13,14 @@ from imucal_wizard.acquire.column_guess import (
     guess_accelerometer_unit,
     guess_magnetometer_unit,
 )
-from imucal_wizard.acquire.files.even_times import without_jitter
+from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
-from imucal_wizard.measurement.data_quality import as_signed
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
+from imucal_wizard.measurement.unsigned_counts import as_signed, signs_note
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
@@ -72,7 +72,7 @@ def _measured_once(samples: FileSamples) -> FileSamples:
     time, series = main.time[rows], dict(samples.series)
     for name in own:
         series[name] = replace(series[name], time=time, values=series[name].values[rows])
-    note = repeats_note(" and the ".join(own), main, series[own[0]])
+    note = repeats_note(" and the ".join(own), len(main) / len(rows))
     return FileSamples(series, (*samples.warnings, *note))
 
 
@@ -89,11 +89,7 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
             series[name] = replace(one, time=even)
     if all(even is None for even in found.values()):
         return samples
-    note = (
-        "the times jitter about even ones, as if they were rounded or taken on arrival: the even "
-        "ones are used"
-    )
-    return FileSamples(series, (*samples.warnings, note))
+    return FileSamples(series, (*samples.warnings, JITTER_NOTE))
 
 
 def _without_silent(samples: FileSamples) -> FileSamples:
@@ -132,10 +128,7 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
             again = guess_accelerometer_unit(values)
             if again.unit == COUNT:
                 warnings = [again.why if text == guesses[name].why else text for text in warnings]
-        warnings.append(
-            f"negative readings of the {name} were written as unsigned numbers, like {as_read:.0f} "
-            f"for {is_meant:.0f}: they are read as negative"
-        )
+        warnings.append(signs_note(name, as_read, is_meant))
     return FileSamples(series, tuple(warnings))
 
 

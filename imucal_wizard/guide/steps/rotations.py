@@ -120,7 +120,8 @@ class RotationJudge:
             return f"the gyroscope shows {circles:.0f} whole circles: is its unit right?"
         motion.axis, motion.angle = axis, math.degrees(angle)
         motion.fastest = self._fastest(motion, axis)
-        return motion.problem or self._too_small(motion)
+        small = self._too_small(motion)
+        return small if small == "" else motion.problem or small
 
     def _contradicted(self, motion: KeptRotation, axis: str) -> bool:
         """Whether gravity shows a rotation about the axis that the gyroscope does not show.
@@ -217,6 +218,7 @@ class RotationsStage:
         self._axis = ""
         self._planned: tuple[tuple[object, ...], PlannedRotation] | None = None
         self._turn: RotationAngle | None = None
+        self._broken = False
         self._angle = 0.0
         self._rate = 0.0
         self._fastest = 0.0
@@ -290,10 +292,11 @@ class RotationsStage:
     def _forget(self) -> None:
         """Forget the present rotation."""
         self._turn = None
+        self._broken = False
         self._angle = self._rate = self._fastest = 0.0
 
     def follow(self, block: Block) -> None:
-        """Follow the angle and the rate of the present rotation."""
+        """Follow the angle and the rate of the present rotation, up to a gap in the samples."""
         context, index = self._context, AXES.index(self.axis)
         before = context.start
         if block.rate is None or before is None:
@@ -301,6 +304,10 @@ class RotationsStage:
             return
         if context.still and context.run.kept is before:
             self._forget()
+            return
+        if self._broken or block.summary.gap[0]:  # a rotation across a gap cannot count
+            self._forget()
+            self._broken = True
             return
         if self._turn is None:
             up = context.direction(before)

@@ -43,7 +43,7 @@ def welcome_rows(width: int, recheck: bool = False) -> list[Line]:
 
 def startable(stream: "StreamStatus") -> bool:
     """Whether samples arrive with known columns and units."""
-    return bool(stream.samples) and not stream.needs and not _interrupted(stream)
+    return bool(stream.samples) and not stream.needs and not interrupted(stream)
 
 
 def can_be_entered(stream: "StreamStatus") -> bool:
@@ -53,7 +53,7 @@ def can_be_entered(stream: "StreamStatus") -> bool:
     return stream.needs != NEEDS_ACCELEROMETER
 
 
-def _interrupted(stream: "StreamStatus") -> str:
+def interrupted(stream: "StreamStatus") -> str:
     """Why no samples arrive, or ""; before the start, the end of a source is a lost link."""
     from imucal_wizard.guide.instruction import interruption
 
@@ -65,7 +65,7 @@ def state_span(stream: "StreamStatus", name: str) -> Span:
     """The state of an open source in one row; ``preview_rows`` says what to do."""
     if stream.busy:
         return f"{name}: {stream.problem}", "strong"
-    if missing := _interrupted(stream):
+    if missing := interrupted(stream):
         return f"▲ {name}: {missing}", "bad"
     if not can_be_entered(stream):
         return f"▲ {name}: no accelerometer", "bad"
@@ -97,13 +97,13 @@ def preview_rows(stream: "StreamStatus", width: int, device: str = "") -> list[L
     if stream.line and not stream.samples:
         newest = wrapped(f"newest line: {stream.line}", width, "quiet", indent="  ")
         rows += [line(""), *newest[:_LINE_ROWS]]
-    interrupted = bool(_interrupted(stream))
-    if stream.samples and not interrupted:
+    missing = bool(interrupted(stream))
+    if stream.samples and not missing:
         rows += _arriving(stream, width)
-    in_state = stream.busy or (bool(stream.needs) and not interrupted)
+    in_state = stream.busy or (bool(stream.needs) and not missing)
     if stream.problem and not in_state:
         rows += [line(""), *wrapped(f"▲ {stream.problem}", width, "bad", indent="  ")]
-    for warning in () if interrupted else stream.warnings[-3:]:
+    for warning in () if missing else stream.warnings[:-4:-1]:  # the newest may push others out
         rows += wrapped(f"▲ {warning}", width, "warn", indent="  ")
     return rows
 

@@ -41,7 +41,7 @@ VIRTUAL = SourceChoice(
     detail="a simulated sensor to practise with; no hardware needed",
 )
 _PORT = re.compile(r"\w+://|/dev/|COM\d+$|mavlink:", re.IGNORECASE)
-"""Typed text of this form is a port or a URL; other text is a file."""
+"""Typed text of this form is a port or a URL; other text is a file, or another name of a port."""
 _RECORDED = (SourceKind.FILE, SourceKind.SESSION)
 _DEVICES = (SourceKind.VIRTUAL, SourceKind.PORT)
 _PLACES = {
@@ -236,7 +236,8 @@ class SourceScreen(LiveScreen):
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
-        kind = SourceKind.PORT if _PORT.match(typed) else SourceKind.FILE
+        port = _PORT.match(typed) or Path(typed).is_char_device()
+        kind = SourceKind.PORT if port else SourceKind.FILE
         if typed:
             self._open(SourceChoice(kind, typed, typed))
 

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.even_times import without_jitter
 from imucal_wizard.acquire.files import RecordingOptions
-from imucal_wizard.acquire.files.even_times import without_jitter
 from imucal_wizard.acquire.files.recording_files import read_files
-from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.measurement.data_quality import as_signed
+from imucal_wizard.measurement.unsigned_counts import as_signed
 from tests.acquire.files.lines import samples, write
 
 
@@ -135,3 +135,16 @@ def test_zeros_of_a_device_that_removes_gravity_are_what_it_sends(tmp_path: Path
     values[:20, 1:4] = 0.01
     with pytest.raises(RecordingError, match="removed gravity"):
         read_files([write(tmp_path / "a.csv", values)])
+
+
+def test_spans_that_are_stated_are_left_out(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    readings = read_files([path], RecordingOptions(without=((0.995, 1.505), (3.0, 9.0))))
+    assert readings.gyroscope is not None
+    assert readings.temperature is not None
+    assert len(readings) == len(readings.gyroscope) == len(readings.temperature) == 249
+    assert readings.gyroscope.time is readings.accelerometer.time
+    assert np.diff(readings.accelerometer.time).max() == pytest.approx(0.52)
+    assert "the samples from 3 to 9 s are left out, as stated" in readings.warnings
+    with pytest.raises(UsageError, match="no samples from 8 to 9 s"):
+        read_files([path], RecordingOptions(without=((8.0, 9.0),)))

@@ -1,23 +1,94 @@
-"""Even times of a recording whose given times jitter: rounded ones, or those of arrival."""
+"""Even times where the given ones jitter: rounded ones, or those of arrival."""
 
 from itertools import pairwise
 
 import numpy as np
 
-from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
+from imucal_wizard.acquire.clock import LONG_GAP_SECONDS, TimeSmoother
 from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO, RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import ComplexArray, FloatArray, across_restarts
 from imucal_wizard.core.statistics import median
+from imucal_wizard.measurement.data_quality import ARRIVAL_TIMES, missing_samples
 
 _JITTER_SAMPLES = 100
 """Samples over which a jitter averages to nothing, and times that wander have wandered off."""
 _MIN_JITTER = 0.05
 """Jitter of the steps in sampling intervals below which it does not matter."""
+_DECIDING_SAMPLES = 3 * _JITTER_SAMPLES
+"""Samples at the beginning of a stream that show whether its times jitter or wander."""
+_MAX_LOOP_NOISE = 0.1
+"""Error of the even times of a stream, in sampling intervals: a tenth of the jitter."""
 _MAX_WANDER = 0.3
 """Growth of the deviation from even times in that many samples, over that of independent steps."""
 _MIN_RESULTANT = 0.3
 """Mean resultant length of the phases of so many samples, below which they lie about no even times:
 a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
+JITTER_NOTE = (
+    "the times jitter about even ones, as if they were rounded or taken on arrival: the even ones "
+    "are used"
+)
+
+
+class JitterFilter:
+    """Even times for a stream whose times jitter about them, as its beginning shows.
+
+    The times of the beginning wait until it is long enough; a stream whose first steps are even is
+    not delayed.
+
+    Args:
+        first: the first times, s.
+
+    Attributes:
+        open: whether it is not yet known if the times jitter.
+        smoother: makes the times even; None if they do not jitter, or not yet.
+        period: sampling period of the even times, s; 0 without a smoother.
+        note: what the user should know of the times, or "".
+    """
+
+    def __init__(self, first: FloatArray) -> None:
+        steps = _usual_steps(first)
+        self.open = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
+        self._waiting = np.zeros(0)
+        self.smoother: TimeSmoother | None = None
+        self.period = 0.0
+        self.note = ""
+
+    def feed(self, times: FloatArray) -> FloatArray:
+        """Times of the oldest samples that are known now, s; the others wait.
+
+        Args:
+            times: of the new samples, s, shape (n,), never decreasing.
+        """
+        if not self.open:
+            return times if self.smoother is None else self.smoother.feed(times)
+        self._waiting = np.concatenate((self._waiting, times))
+        if len(self._waiting) < _DECIDING_SAMPLES:
+            return np.zeros(0)
+        begun, rest = np.split(self.flush(), [_DECIDING_SAMPLES])
+        self.open = False
+        even = without_jitter(begun)
+        if even is None:
+            self.note = ARRIVAL_TIMES if missing_samples(begun) == ARRIVAL_TIMES else ""
+            return np.concatenate((begun, rest))
+        self.note = JITTER_NOTE
+        self.period = float(_usual_steps(even).mean())
+        late = begun - even
+        # halfway between the latest sample and the earliest one after a lost one
+        limit = 0.5 * float(late.max() + self.period + late.min())
+        limit = max(limit, float(late.max()) + _MAX_LOOP_NOISE * self.period)
+        self.smoother = TimeSmoother(self.period, limit, float(even[-1]))
+        return np.concatenate((even, self.smoother.feed(rest)))
+
+    def flush(self) -> FloatArray:
+        """Times of the waiting samples as they are given, at the end of the stream."""
+        waiting, self._waiting = self._waiting, np.zeros(0)
+        return waiting
+
+
+def _usual_steps(time: FloatArray) -> FloatArray:
+    """The steps of times over which no sample is missing."""
+    steps = np.diff(time)
+    return steps[steps <= MAX_STEP_RATIO * median(steps)] if len(steps) else steps
 
 
 def without_jitter(time: FloatArray) -> FloatArray | None:
@@ -30,8 +101,7 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
     Args:
         time: s, shape (n,), never decreasing.
     """
-    steps = np.diff(time)
-    usual = steps[steps <= MAX_STEP_RATIO * median(steps)] if len(steps) else steps
+    steps, usual = np.diff(time), _usual_steps(time)
     period = float(usual.mean()) if len(usual) > 2 * _JITTER_SAMPLES else 0.0
     if not period > 0.0 or usual.std() < _MIN_JITTER * period:
         return None
