@@ -89,11 +89,12 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
     own = seed + 1000 * sum(map(ord, sensor + term)) + number
     rng = np.random.default_rng(own)
     shaken = term == "vibration-rectification"
-    sizes = nameable_sizes(own, GRADE, sensor, shaken).get(term)
-    if sizes is None or not np.isfinite(sizes).any():
+    sizes, step = nameable_sizes(own, GRADE, sensor, shaken).get(term, (np.zeros(0), None))
+    if not np.isfinite(sizes).any():
         return None
     hidden = (hidden_in(sensor, term, TIMES, sizes, rng),)
-    return judged(benches_of(own, virtual_sensor(own, GRADE), hidden), sensor, hidden)
+    benches = benches_of(own, virtual_sensor(own, GRADE), hidden, step=step)
+    return judged(benches, sensor, hidden)
 
 
 def _plain(grade: str, seed: int, number: int) -> tuple[Opinion, Opinion]:
