@@ -116,28 +116,29 @@ def judged(benches: Benches, sensor: str, hidden: Sequence[Hidden]) -> Judged:
     )
 
 
-def nameable_sizes(
-    seed: int, grade: str, sensor: str, shaken: bool = False
-) -> dict[str, tuple[FloatArray, float | None]]:
+def nameable_size(
+    seed: int, grade: str, sensor: str, term: str, shaken: bool = False
+) -> tuple[FloatArray, float | None] | None:
     """What the program calls nameable in a recording of this sensor with nothing hidden.
 
     Args:
         seed: of the sensor and the recording.
         grade: of the sensor.
         sensor: ``accelerometer`` or ``gyroscope``.
+        term: the effect.
         shaken: the support shakes in some poses.
 
     Returns:
-        For each effect the size of each parameter, and the moment of a step that it is told for.
+        The size of each parameter, and the moment of a step that it is told for; None where the
+        effect is no suspect.
     """
     nothing = (Hidden(ACCELEROMETER, "vibration-rectification", 0.0, (0,)),) if shaken else ()
     bench = benches_of(seed, virtual_sensor(seed, grade), nothing).bench(sensor)
     suspects = () if bench is None else bench.look().suspects
-    return {
-        one.term: (one.nameable, one.sized.variant if one.sized.effect.sudden else None)
-        for one in suspects
-        if one.sized is not None
-    }
+    for one in suspects:
+        if one.term == term and one.sized is not None:
+            return one.nameable, one.sized.variant if one.sized.effect.sudden else None
+    return None
 
 
 def hidden_in(
