@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -37,7 +37,7 @@ class Judged:
         sensor: which.
         hidden: the effects hidden in it.
         families: theirs, sorted.
-        opinion: what the program says.
+        opinion: what the program says; a term that was added is named, whatever is left beside it.
         before: error held out of the base model, mg or degrees.
         after: the same of the model at the end.
         added: the effects in the model at the end.
@@ -63,6 +63,7 @@ def benches_of(
     hidden: Sequence[Hidden],
     poses: str = POSES,
     hand_seed: int | None = None,
+    step: float | None = None,
 ) -> Benches:
     """One recording of a virtual sensor, as the program reads and fits it.
 
@@ -72,11 +73,18 @@ def benches_of(
         hidden: the effects in it.
         poses: set of still poses.
         hand_seed: of the poses and the hand, if it is not that of the recording.
+        step: time of a hidden step, s; the middle of the poses by default.
     """
     with TemporaryDirectory(dir=os.environ.get("TMPDIR")) as folder:
         path = Path(folder) / "recording.csv"
         simulate_recording(
-            path, hidden=hidden, seed=seed, hand_seed=hand_seed, poses=poses, model=model
+            path,
+            hidden=hidden,
+            seed=seed,
+            hand_seed=hand_seed,
+            poses=poses,
+            model=model,
+            step=step,
         )
         readings = read_files([path])
     return Benches(fit_readings(readings), readings)
@@ -93,32 +101,44 @@ def judged(benches: Benches, sensor: str, hidden: Sequence[Hidden]) -> Judged:
     own = [effect(one.term) for one in hidden if one.sensor == sensor]
     ends = [one.rms_held_out for one in (bench.ladder[0], bench.ladder[-1])]
     before, after = (np.nan if one is None else one / UNITS[sensor] for one in ends)
+    opinion, told = found.opinion, {one.term: (one.term, *one.like) for one in bench.found}
+    if told and not opinion.families:
+        families = tuple(effect(term).family or term for term in told)
+        opinion = replace(opinion, families=families, terms=tuple(told.values()))
     return Judged(
         sensor=sensor,
         hidden=tuple(one for one in hidden if one.sensor == sensor),
         families=tuple(sorted({one.family or one.name for one in own})),
-        opinion=found.opinion,
+        opinion=opinion,
         before=before,
         after=after,
         added=tuple(term.name for term in bench.fit.terms),
     )
 
 
-def nameable_sizes(
-    seed: int, grade: str, sensor: str, shaken: bool = False
-) -> dict[str, FloatArray]:
+def nameable_size(
+    seed: int, grade: str, sensor: str, term: str, shaken: bool = False
+) -> tuple[FloatArray, float | None] | None:
     """What the program calls nameable in a recording of this sensor with nothing hidden.
 
     Args:
         seed: of the sensor and the recording.
         grade: of the sensor.
         sensor: ``accelerometer`` or ``gyroscope``.
+        term: the effect.
         shaken: the support shakes in some poses.
+
+    Returns:
+        The size of each parameter, and the moment of a step that it is told for; None where the
+        effect is no suspect.
     """
     nothing = (Hidden(ACCELEROMETER, "vibration-rectification", 0.0, (0,)),) if shaken else ()
     bench = benches_of(seed, virtual_sensor(seed, grade), nothing).bench(sensor)
     suspects = () if bench is None else bench.look().suspects
-    return {one.term: one.nameable for one in suspects if one.candidate is not None}
+    for one in suspects:
+        if one.term == term and one.sized is not None:
+            return one.nameable, one.sized.variant if one.sized.effect.sudden else None
+    return None
 
 
 def hidden_in(

@@ -14,7 +14,7 @@ from benchmarks.hidden.whole import (
     benches_of,
     hidden_in,
     judged,
-    nameable_sizes,
+    nameable_size,
     terms_of,
 )
 from imucal_wizard.diagnose.survey import add_by_itself
@@ -89,11 +89,13 @@ def _with_effect(sensor: str, term: str, seed: int, number: int) -> Judged | Non
     own = seed + 1000 * sum(map(ord, sensor + term)) + number
     rng = np.random.default_rng(own)
     shaken = term == "vibration-rectification"
-    sizes = nameable_sizes(own, GRADE, sensor, shaken).get(term)
-    if sizes is None or not np.isfinite(sizes).any():
+    told = nameable_size(own, GRADE, sensor, term, shaken)
+    if told is None or not np.isfinite(told[0]).any():
         return None
+    sizes, step = told
     hidden = (hidden_in(sensor, term, TIMES, sizes, rng),)
-    return judged(benches_of(own, virtual_sensor(own, GRADE), hidden), sensor, hidden)
+    benches = benches_of(own, virtual_sensor(own, GRADE), hidden, step=step)
+    return judged(benches, sensor, hidden)
 
 
 def _plain(grade: str, seed: int, number: int) -> tuple[Opinion, Opinion]:

@@ -8,11 +8,12 @@ part of the session for an effect of time.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import Protocol
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
@@ -54,7 +55,9 @@ class Rung:
         added: the term that was added to the model below it, or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out; None where none can be.
+        held_out_in_noise: the same of all rows that judge a model, each in units of its noise.
         rms_late: error of the later part of the session under a fit of the earlier one, or None.
+        late_in_noise: the same of all rows that judge a model, each in units of its noise.
         floor: rms held out that measured noise alone would make of a complete model; None where
             nothing can be left out.
         floor_fitted: the same of the fitted rms.
@@ -67,7 +70,9 @@ class Rung:
     added: str | None
     rms_fitted: float
     rms_held_out: float | None
+    held_out_in_noise: float | None
     rms_late: float | None
+    late_in_noise: float | None
     floor: float | None
     floor_fitted: float | None
     floors: Floors
@@ -87,7 +92,9 @@ def rung(extended: SensorFit, added: str | None = None, rounding: Rounding | Non
         added=added,
         rms_fitted=extended.rms_fitted,
         rms_held_out=extended.rms_held_out,
+        held_out_in_noise=extended.held_out_in_noise,
         rms_late=extended.rms_late,
+        late_in_noise=extended.late_in_noise,
         floor=extended.floor,
         floor_fitted=extended.floor_fitted,
         floors=floors_of(extended, rounding),
@@ -100,13 +107,47 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
     Args:
         below: the model without the effect.
         above: the model with it.
-        of_time: the effect follows time or temperature, so that early data must predict late ones.
+        of_time: the effect follows time or temperature, so that early data must predict late ones;
+            false of a step.
     """
-    pairs = [(below.rms_held_out, above.rms_held_out)]
+    pairs = [(below.held_out_in_noise, above.held_out_in_noise)]
     if of_time:
-        pairs.append((below.rms_late, above.rms_late))
+        pairs.append((below.late_in_noise, above.late_in_noise))
     known = [(old, new) for old, new in pairs if old is not None and new is not None]
     return bool(known) and all(new < old for old, new in known)
+
+
+class Judged(Protocol):
+    """A model whose errors held out are known."""
+
+    @property
+    def rms_held_out(self) -> float | None:
+        """Of holds or rotations, in the sensor's error unit."""
+
+    @property
+    def held_out_in_noise(self) -> float | None:
+        """Of all rows that judge a model, each in units of its measured noise."""
+
+
+@dataclass(frozen=True)
+class ChangeHeldOut:
+    """The errors held out of two models, in words.
+
+    Attributes:
+        of: what is left out.
+        before: error of the first model.
+        after: error of the second one.
+        in_unit: whether they are in the sensor's unit, and not in units of the noise.
+    """
+
+    of: str
+    before: str
+    after: str
+    in_unit: bool
+
+
+def _falls(before: float | None, after: float | None) -> bool:
+    return before is not None and after is not None and after < before
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,6 +266,21 @@ class Bench:
         """What is left out to check the model."""
         return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
+    def change_held_out(self, below: Judged, above: Judged) -> ChangeHeldOut:
+        """The errors held out of two models, so that they tell which one data held out confirm.
+
+        In the sensor's unit; in units of the noise where only rows tell it that are not reported.
+        """
+        unit, errors = self.fit.unit, (below.rms_held_out, above.rms_held_out)
+        in_noise = below.held_out_in_noise, above.held_out_in_noise
+        if _falls(*errors) is _falls(*in_noise) or None in in_noise:
+            before, after = (quantity(one, unit) for one in errors)
+            return ChangeHeldOut(self.left_out_unit, before, after, in_unit=True)
+        words = (one.group_word for one in self.measured.sources if one.confirms)
+        every = " and ".join(f"{one}s" for one in dict.fromkeys(words))
+        before, after = (f"{number(one or 0.0, 3)} times the noise" for one in in_noise)
+        return ChangeHeldOut(every, before, after, in_unit=False)
+
     def state(self, added: Terms, opinion: Opinion) -> None:
         """Write down why the newest terms were added.
 
@@ -232,14 +288,12 @@ class Bench:
             added: the newest terms.
             opinion: the one that led to it.
         """
-        unit = self.fit.unit
-        ends = (self.ladder[-1 - len(added)].rms_held_out, self.ladder[-1].rms_held_out)
-        before, after = (quantity(one, unit) for one in ends)
+        change = self.change_held_out(self.ladder[-1 - len(added)], self.ladder[-1])
         for name in added:
             place = next(k for k, members in enumerate(opinion.terms) if name in members)
-            members, decided_by = opinion.terms[place], f"{self.left_out_unit} left out"
+            members, decided_by = opinion.terms[place], f"{change.of} left out"
             family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
-            reason = f"{family}the error held out falls from {before} to {after}"
+            reason = f"{family}the error held out falls from {change.before} to {change.after}"
             if opinion.families[place] in opinion.decided:
                 decided_by += " and the gyroscope's closure"
             like = tuple(one for one in members if one != name)
@@ -385,7 +439,9 @@ class Bench:
         not_predicted = share_not_predicted(now, then, self.fit.floor)
         if not trial.clear or not_predicted > MAX_SHARE_NOT_PREDICTED:
             opinion = replace(opinion, probable=())
-        return unconfirmed(opinion) if chosen and then >= MIN_SHARE_UNCHANGED * now else opinion
+        below, above = self.fit.held_out_in_noise, trial.held_out_in_noise
+        unchanged = below is None or above is None or above >= MIN_SHARE_UNCHANGED * below
+        return unconfirmed(opinion) if chosen and unchanged else opinion
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -485,8 +541,8 @@ class Bench:
         """
         if len(self.ladder) <= steps:
             return False
-        # a free curve says nothing of times that were not measured
-        slow = {one.name for one in self.catalogue if one.kind == "time"}
+        # a free curve says nothing of times that were not measured, and no data foresee a step
+        slow = {one.name for one in self.catalogue if one.kind == "time" and not one.sudden}
         of_time = any(one.added in slow for one in self.ladder[-steps:])
         return confirmed(self.ladder[-1 - steps], self.ladder[-1], of_time)
 

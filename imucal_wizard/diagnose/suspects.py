@@ -19,7 +19,12 @@ from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candi
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
-from imucal_wizard.estimate.held_out import rms_fitted, rms_held_out
+from imucal_wizard.estimate.held_out import (
+    errors_held_out,
+    items_of,
+    rms_fitted,
+    rms_in_noise,
+)
 
 MIN_SIZE_IN_ERRORS = 3.0
 """A size is named from so many standard errors on."""
@@ -75,7 +80,18 @@ class EffectTrial:
     @cached_property
     def rms_held_out(self) -> float | None:
         """Error with them when each group is left out; None when a group cannot be."""
-        return rms_held_out(self.found)
+        out = self._held_out
+        return None if out is None else items_of(self.found).rms(out)
+
+    @property
+    def held_out_in_noise(self) -> float | None:
+        """The same of all rows that judge a model, each in units of its measured noise."""
+        out = self._held_out
+        return None if out is None else rms_in_noise(self.found, out)
+
+    @cached_property
+    def _held_out(self) -> FloatArray | None:
+        return errors_held_out(self.found)
 
 
 def try_effects(

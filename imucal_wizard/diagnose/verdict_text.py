@@ -524,24 +524,23 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
 
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """How the error on data held out fell, or would fall."""
-    unit, now, out = bench.fit.unit, bench.fit.rms_held_out, bench.left_out_unit
+    unit, now = bench.fit.unit, bench.fit.held_out_in_noise
     if diagnosis.added:
         below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
+        one = bench.change_held_out(below, above)
+        noise = f", where noise alone gives {quantity(above.floor, unit)}" * one.in_unit
         return [
-            (
-                f"Added: the error on {out} left out falls from "
-                f"{quantity(below.rms_held_out, unit)} to {quantity(above.rms_held_out, unit)}, "
-                f"where noise alone gives {quantity(above.floor, unit)}."
-            )
+            f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
         ]
     first = diagnosis.suspects[0] if diagnosis.suspects else None
-    then = None if first is None or first.trial is None else first.trial.rms_held_out
-    if first is None or now is None or then is None:
+    trial = None if first is None else first.trial
+    then = None if trial is None else trial.held_out_in_noise
+    if first is None or trial is None or now is None or then is None:
         return []
-    before, after = quantity(now, unit), quantity(then, unit)
-    if before == after:
-        return [f"Adding {first.term} would leave the error on {out} left out at {before}."]
-    change = f"the error on {out} left out from {before} to {after}"
+    one = bench.change_held_out(bench.fit, trial)
+    if one.before == one.after:
+        return [f"Adding {first.term} would leave the error on {one.of} left out at {one.before}."]
+    change = f"the error on {one.of} left out from {one.before} to {one.after}"
     if then < now:
         return [f"Adding {first.term} would bring {change}."]
     return [f"Adding {first.term} would raise {change}, so it is not added."]
@@ -607,9 +606,8 @@ def _against_noise(bench: Bench) -> str:
 
 def _change(bench: Bench) -> str:
     """The errors held out of the newest two models."""
-    below, above, unit = bench.ladder[-2], bench.ladder[-1], bench.fit.unit
-    before, after = quantity(below.rms_held_out, unit), quantity(above.rms_held_out, unit)
-    return f"{before} before, {after} with it"
+    one = bench.change_held_out(*bench.ladder[-2:])
+    return f"{one.before} before, {one.after} with it"
 
 
 def _opinion(diagnosis: Diagnosis) -> Opinion:

@@ -20,10 +20,12 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.held_out import (
     HeldOut,
+    errors_later,
     floor_fitted,
     held_out,
     items_of,
     outlier_of,
+    rms_in_noise,
     rms_later,
     why_none_held_out,
 )
@@ -257,7 +259,7 @@ def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) ->
 def report(found: Minimum[Experiment]) -> SensorFit:
     """All figures of a fit, computed once."""
     experiment, calibration, terms = found.experiment, found.calibration, found.terms
-    errors, left_out = found.errors, held_out(found)
+    errors, left_out, later = found.errors, held_out(found), errors_later(found)
     out = None if left_out is None else left_out.errors
     table, floors = residual_table(found, out), _floors(found, left_out)
     repeats = repeatability_of(table)
@@ -290,6 +292,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         rms_before=items.rms(_before(found)),
         rms_fitted=items.rms(errors),
         rms_held_out=None if out is None else items.rms(out),
+        held_out_in_noise=None if out is None else rms_in_noise(found, out),
         held_out_interval=None if left_out is None else left_out.interval,
         floor=floors[0],
         floor_fitted=floors[1],
@@ -308,7 +311,8 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         size_errors=terms.split(size_errors),
         size_covariance=of_sizes,
         rows=table,
-        rms_late=rms_later(found),
+        rms_late=None if later is None else rms_later(found, later),
+        late_in_noise=None if later is None else rms_in_noise(found, later),
         reference=experiment.reference(found),
         experiment=experiment,
         outlier=odd,

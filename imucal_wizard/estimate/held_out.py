@@ -43,10 +43,36 @@ def rms_fitted(found: "Minimum[Experiment]") -> float:
     return items_of(found).rms(found.errors)
 
 
+def errors_held_out(found: "Minimum[Experiment]") -> FloatArray | None:
+    """Error of each row under the fit of all other groups, shape (n,).
+
+    Returns:
+        None where the others do not determine the model.
+    """
+    out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
+    return None if out is None else np.asarray(out[:, 0])
+
+
 def rms_held_out(found: "Minimum[Experiment]") -> float | None:
     """Error of holds or rotations left out; None where the others do not determine the model."""
-    out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
-    return None if out is None else items_of(found).rms(out[:, 0])
+    out = errors_held_out(found)
+    return None if out is None else items_of(found).rms(out)
+
+
+def rms_in_noise(found: "Minimum[Experiment]", out: FloatArray) -> float:
+    """Rms of the errors held out of all rows that judge a model, in units of measured noise.
+
+    Rates at rest are not reported, but they show effects that hardly move a rotation.
+
+    Args:
+        found: the fit.
+        out: error of each row held out, NaN where it is not judged, shape (n,).
+    """
+    noise = found.independent.measured(_noise_root(found))
+    sources = found.experiment.sources
+    rows = np.concatenate([np.full(len(s.labels), s.confirms) for s in sources])
+    rows &= (found.groups >= 0) & np.isfinite(out)
+    return float(np.sqrt((out[rows] ** 2 / (noise[rows] ** 2).sum(axis=1)).mean()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,18 +291,20 @@ def why_none_held_out(found: "Minimum[Experiment]") -> str:
     )
 
 
-def rms_later(found: "Minimum[Experiment]") -> float | None:
-    """Rms error of the later holds or rotations under the fit of the early part of the session.
+def errors_later(found: "Minimum[Experiment]") -> FloatArray | None:
+    """Errors of the later rows under the fit of the early part of the session, shape (n,).
 
     What nothing slow moves (the base's directions without a part in a bias) is kept from all data,
-    so that rotations about one axis after another leave something to predict. None where the early
-    rows do not determine the rest, or too few are later.
+    so that rotations about one axis after another leave something to predict.
+
+    Returns:
+        NaN for early rows. None where the early rows do not determine the rest, or too few holds or
+        rotations are later.
     """
     time = np.concatenate([source.labels.time for source in found.experiment.sources])
     early = time < sample_quantile(found.experiment.circumstances.time, EARLY)
     items = items_of(found)
-    late = ~early[items.rows]
-    count = len(distinct(items.item[late]))
+    count = len(distinct(items.item[~early[items.rows]]))
     moving = np.ones(len(found.system.precision), bool)
     moving[: len(found.directions)] = found.directions.slow
     refit = _refitted(found, early, moving) if count >= MIN_LATER else None
@@ -284,8 +312,15 @@ def rms_later(found: "Minimum[Experiment]") -> float | None:
         return None
     known = moving & found.reported
     columns = found.independent.measured(found.system.columns[:, known])
-    errors = found.errors + columns @ refit[known[moving]]
-    return float(np.sqrt((errors[items.rows][late] ** 2).sum() / count))
+    return np.where(early, np.nan, found.errors + columns @ refit[known[moving]])
+
+
+def rms_later(found: "Minimum[Experiment]", errors: FloatArray) -> float:
+    """Rms of the later holds or rotations, of their errors by ``errors_later``."""
+    items = items_of(found)
+    own = errors[items.rows]
+    late = np.isfinite(own)
+    return float(np.sqrt((own[late] ** 2).sum() / len(distinct(items.item[late]))))
 
 
 def _refitted(

@@ -213,6 +213,8 @@ class SensorFit:
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
             be left out.
+        held_out_in_noise: the same of all rows that judge a model, rests of a gyroscope among them,
+            each in units of its measured noise; None where it is not known.
         held_out_interval: between which the rms of new holds or rotations lies nine times in ten;
             None where none can be left out.
         floor: rms held out of a complete model by measured noise alone; None where none can be left
@@ -248,6 +250,7 @@ class SensorFit:
         rows: the residual table; None of a method of the papers.
         rms_late: error of the later part of the session under the fit of the earlier part; None
             where the earlier part does not determine the model.
+        late_in_noise: the same of all rows that judge a model, each in units of its noise.
         reference: of an accelerometer, up in each hold.
         experiment: the rows that were fitted, for a fit of the same data with other terms.
         outlier: the hold or rotation that does not fit with all others, if one stands out.
@@ -289,6 +292,8 @@ class SensorFit:
     size_covariance: FloatArray | None = None
     rows: "ResidualTable | None" = None
     rms_late: float | None = None
+    held_out_in_noise: float | None = None
+    late_in_noise: float | None = None
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None

@@ -63,6 +63,7 @@ def simulate_recording(
     rotations: int = 6,
     magnetometer: bool = False,
     ammeter: bool = False,
+    step: float | None = None,
 ) -> None:
     """Write a recording: comments, header, one line per sample; without the true parameters.
 
@@ -79,6 +80,7 @@ def simulate_recording(
         magnetometer: whether there is a magnetometer, with a circle on each face at the end.
         ammeter: whether motors run and their current is measured; always if the effect of a current
             is hidden.
+        step: time of a ``bias-step`` and a ``scale-step``, s; the middle of the poses by default.
 
     Raises:
         UsageError: an unknown set of poses or hidden effect, or an effect of a missing sensor.
@@ -87,6 +89,8 @@ def simulate_recording(
     seconds = hold if hold is not None else 10.0 if poses.startswith("26") else 5.0
     moved_by = seed if hand_seed is None else hand_seed
     names = pose_names(poses, generator(moved_by, RandomStream.POSES))
+    if step is None:
+        step = FIRST_REST_SECONDS + 0.5 * len(names) * (seconds + PLACING_SECONDS)
     imu = VirtualImu(
         rate,
         seed,
@@ -95,7 +99,7 @@ def simulate_recording(
         hand_seed=moved_by,
         magnetometer=magnetometer,
         ammeter=ammeter,
-        bias_step=(FIRST_REST_SECONDS + 0.5 * len(names) * (seconds + PLACING_SECONDS)) / 60.0,
+        bias_step=step / 60.0,
         line_end="\n",
     )
     script = recording_script(

@@ -110,7 +110,7 @@ class Dip(RowSource):
     loading: FloatArray
     unit: str = "uT"
     kind = "dip"
-    judged, at_rest, repeats_are_noise = False, True, False
+    judged, confirms, at_rest, repeats_are_noise = False, False, True, False
     group_word = "pose"
     part, prefix = "dip at rest", "dip-"
 

@@ -105,7 +105,7 @@ class FieldClosure(RowSource):
     field_doubt: FloatArray
     kind = "heading"
     unit = "rad"
-    judged, moving, noise_is_measured = False, True, False
+    judged, confirms, moving, noise_is_measured = False, False, True, False
     group_word = "rotation"
     part, prefix = "rotations about the vertical, against the field", "heading-"
 

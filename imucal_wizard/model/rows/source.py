@@ -163,6 +163,7 @@ class RowSource(ABC):
         kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
+        confirms: its errors held out judge whether an effect is real.
         at_rest: means of readings in a hold.
         moving: measured while the device rotated, and compared with a reference at both ends.
         noise_is_measured: else the rows rest on another sensor whose own errors (iron, currents)
@@ -187,6 +188,7 @@ class RowSource(ABC):
     kind: str
     unit: str
     judged: bool = True
+    confirms: bool = True
     at_rest: bool = False
     moving: bool = False
     noise_is_measured: bool = True

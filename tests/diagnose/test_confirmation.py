@@ -1,0 +1,54 @@
+"""What data held out confirm: errors of all rows that judge a model, in units of their noise."""
+
+import re
+
+import numpy as np
+import pytest
+
+from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
+from tests.estimate.extended.turns import DEGREE, Noise, course, measured, twenty_turns
+
+G_SENSITIVITY = Term(effect("g-sensitivity"))
+OF_X_BY_Y = 0.012 * np.eye(9)[1]
+LATE = 577.0
+"""Moment of a step, s: eleven rotations come before it, nine after."""
+NOISY_REFERENCE = Noise(sample=0.05 * DEGREE, wander=0.002 * DEGREE, force=0.03)
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    """A gyroscope that feels gravity, beside an accelerometer that errs by 3 mg in each hold."""
+    rng = np.random.default_rng(6)
+    made = course(twenty_turns())
+    found = Bench("gyroscope", measured(made, (G_SENSITIVITY,), OF_X_BY_Y, NOISY_REFERENCE, rng))
+    assert add_by_itself(found).opinion.families == ("g-sensitivity",)
+    return found
+
+
+def test_rests_confirm_what_hardly_moves_a_rotation(bench: Bench) -> None:
+    """The closures, whose noise is that of the accelerometer, become larger by chance."""
+    below, above = bench.ladder
+    assert below.rms_held_out is not None
+    assert above.rms_held_out is not None
+    assert above.rms_held_out > below.rms_held_out
+    assert above.added == "g-sensitivity"
+    assert above.confirmed
+
+
+def test_the_reason_tells_the_errors_that_fall(bench: Bench) -> None:
+    """In units of the noise, since those in degrees do not."""
+    (found,) = bench.found
+    assert found.decided_by == "directions and rotations left out"
+    words = r"the error held out falls from 2\.\d\d times the noise to 1\.\d\d times the noise"
+    assert re.fullmatch(words, found.reason)
+
+
+def test_no_earlier_data_need_foresee_a_step() -> None:
+    """A step in the last third of a session is confirmed by rotations on both sides of it."""
+    step = Term(effect("scale-step"), LATE)
+    noise, rng = Noise(sample=0.05 * DEGREE, wander=0.004 * DEGREE), np.random.default_rng(0)
+    data = measured(course(twenty_turns()), (step,), np.array([0.0, 6000.0, 0.0]), noise, rng)
+    assert Bench("gyroscope", data).add("scale-step", LATE).confirmed
