@@ -12,6 +12,8 @@ from imucal_wizard.core.readings import FloatArray
 
 EXACT_FREEDOM = 100_000
 """Degrees of freedom of a variance that is known, as that of a certificate or of a theory."""
+FAR_OUTSIDE = 1e100
+"""Standard deviations beyond which nothing lies; the square of more may be no number."""
 
 
 def two_sided(t: float, freedom: int) -> float:
@@ -46,6 +48,7 @@ def outside(t: FloatArray, freedom: float) -> FloatArray:
         t: the values, not negative.
         freedom: degrees of freedom, above 0.
     """
+    t = np.minimum(t, FAR_OUTSIDE)
     normal = np.sqrt(0.5 * freedom * np.log1p(t**2 / freedom))
     normal *= (8.0 * freedom + 1.0) / (8.0 * freedom + 3.0)
     part = 1.0 / (1.0 + 0.3275911 * normal)
