@@ -115,17 +115,17 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
 
 
 def test_repeats_that_an_effect_nearly_explains_are_not_called_chance() -> None:
-    """The scale of x walks during the session, which a single step resembles."""
-    walk = 0.1 * MG * np.cumsum(np.random.default_rng(5).standard_normal(60))
-    report, _ = fitted(poses="26+repeats", seed=5)
+    """The scale of x walks during the session, as if it followed the temperature."""
+    walk = 0.1 * MG * np.cumsum(np.random.default_rng(6).standard_normal(60))
+    report, _ = fitted(poses="26+repeats", seed=6)
     walked = moved(
         report,
         lambda k, hold: along(hold, walk[k] * (hold.accelerometer[0] / STANDARD_GRAVITY) ** 2),
     )
     said = diagnose_benches(Benches(walked), {}, automatic=True)[0]
     assert said.verdict is Verdict.NOT_REPEATABLE
-    assert "Scale-step" in said.says
-    assert "which follows the time, comes nearest, but this is not certain" in said.says
+    assert "Scale-temperature" in said.says
+    assert "which follows the temperature, comes nearest, but this is not certain" in said.says
     assert "probably" not in said.says
     assert "chance" not in said.says
 
