@@ -13,8 +13,6 @@ from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.scenarios import Scenario, bent, single, two, usual
 from benchmarks.hidden.table import outcome
 from benchmarks.hidden.trialled import chances_of, try_out
-from benchmarks.sizes import Asked, seeds_of, study
-from imucal_wizard.model.effect import ACCELEROMETER
 
 pytestmark = pytest.mark.study
 
@@ -56,18 +54,6 @@ def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -
     """The family is right."""
     found = counted(REPEATED, single(term, 2.0), 3)
     assert sum(found[name] for name in RIGHT) == 3
-
-
-@pytest.mark.parametrize(("plan", "term"), [(REPEATED, "warm-up")])
-def test_an_effect_is_seen_and_named_from_the_sizes_told(plan: Plan, term: str) -> None:
-    """The sizes told are those found within 20 %, as far as 60 sessions show them (90 %).
-
-    Fewer than 59 give the 95th centile no upper end.
-    """
-    asked = Asked(ACCELEROMETER, plan.name)
-    ((_, both, _),) = study(asked, [term], seeds_of(asked, 5, 4, 15))
-    assert len(both) == 2
-    assert all(one.may_be_right for one in both)
 
 
 def test_two_effects_are_found_together() -> None:
