@@ -119,7 +119,7 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import undetermined
 
         write_diagnosis(list(undetermined(recording, error).values()), recording, arguments)
-        if arguments.save:
+        if arguments.save or arguments.add:
             raise
         return 0
     whole = arguments.add and arguments.save  # says what to do without a bench
