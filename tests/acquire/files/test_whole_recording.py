@@ -42,6 +42,12 @@ def test_counts_around_the_middle_of_their_range_keep_their_offset() -> None:
     assert as_signed(values / 3.0) is None
 
 
+def test_one_wrong_reading_does_not_make_counts_with_an_offset_signed() -> None:
+    values = np.round(np.random.default_rng(4).normal([33000.0, 36000.0, 42000.0], 20.0, (500, 3)))
+    values[200, 0] = 12.0  # of 33012, the first digits were lost
+    assert as_signed(values) is None
+
+
 def _arrived(even: FloatArray) -> FloatArray:
     """Times of arrival over a bus that is asked every 5.12 ms."""
     return np.ceil(even / 0.00512) * 0.00512 + 0.2
