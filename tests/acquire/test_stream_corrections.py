@@ -8,6 +8,7 @@ import pytest
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
+from imucal_wizard.measurement.data_quality import missing_samples
 from tests.acquire.files.lines import HEADER, samples, write
 
 COUNTS = "t[s],ax[count],ay[count],az[count],gx[count],gy[count],gz[count],temp[degC]"
@@ -228,3 +229,15 @@ def test_a_slow_stream_does_not_wait_until_its_times_are_known_to_jitter(tmp_pat
     path, intake = write(tmp_path / "a.csv", values), Intake(compare_arrivals=False)
     intake.feed(path.read_bytes(), 10.0)
     assert intake.samples == 100
+
+
+def test_a_restart_stays_a_restart_in_a_stream_whose_times_jitter(tmp_path: Path) -> None:
+    """What is missing at a restart is not known, and is not counted."""
+    values = samples(1200)
+    values[600:, 0] = values[:600, 0]
+    values[:, 0] += np.random.default_rng(8).uniform(0.0, 0.003, 1200)
+    intake, live = stream(write(tmp_path / "a.csv", values), 97)
+    assert any("jitter about even ones" in text for text in intake.warnings)
+    assert any("it has restarted" in text for text in intake.warnings)
+    assert intake.lost == 0
+    assert missing_samples(live.accelerometer.time) == ""
