@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, across_restarts
 
 LONG_GAP_SECONDS = 1.0
 """s; after a longer gap the device was away, and no samples count as dropped."""
@@ -121,6 +121,7 @@ class TimeSmoother:
         self._nominal = self._period = period
         self._limit = limit
         self._time = last
+        self._given = np.nan
         self.lost = 0
         self.away = 0
 
@@ -133,10 +134,14 @@ class TimeSmoother:
         return np.array([self._next(t) for t in times.tolist()])
 
     def _next(self, coarse: float) -> float:
+        step, self._given = coarse - self._given, coarse
         if self._time is None:
             self._time = coarse
             return coarse
         error = coarse - (self._time + self._period)
+        if error > self._limit and across_restarts(np.array([step])).any():
+            self._time += RESTART_GAP_SECONDS  # its length is a sign, and not measured
+            return self._time
         if error > self._limit:  # samples are missing: keep the phase, skip whole periods
             missing = max(1, round(error / self._period))
             self.lost += missing

@@ -16,6 +16,9 @@ _MIN_JITTER = 0.05
 """Jitter of the steps in sampling intervals below which it does not matter."""
 _DECIDING_SAMPLES = 3 * _JITTER_SAMPLES
 """Samples at the beginning of a stream that show whether its times jitter or wander."""
+_MAX_WAIT_SECONDS = 7.5
+"""Longest time that they may take. Until then nothing arrives for the user; below 40 samples/s the
+times stay as they are given, and a rotation hardly depends on their jitter."""
 _MAX_LOOP_NOISE = 0.1
 """Error of the even times of a stream, in sampling intervals: a tenth of the jitter."""
 _MAX_WANDER = 0.3
@@ -32,8 +35,8 @@ JITTER_NOTE = (
 class JitterFilter:
     """Even times for a stream whose times jitter about them, as its beginning shows.
 
-    The times of the beginning wait until it is long enough; a stream whose first steps are even is
-    not delayed.
+    The times of the beginning wait until it is long enough; a stream whose first steps are even, or
+    that is so slow that this takes too long, is not delayed.
 
     Args:
         first: the first times, s.
@@ -47,7 +50,8 @@ class JitterFilter:
 
     def __init__(self, first: FloatArray) -> None:
         steps = _usual_steps(first)
-        self.open = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
+        jitters = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
+        self.open = jitters and bool(_DECIDING_SAMPLES * steps.mean() <= _MAX_WAIT_SECONDS)
         self._waiting = np.zeros(0)
         self.smoother: TimeSmoother | None = None
         self.period = 0.0

@@ -41,6 +41,7 @@ class StreamCorrections:
 
     def __init__(self) -> None:
         self._silent = {name: SilentSamples() for name in ("accelerometer", _FIELD)}
+        self._beside: list[Readings] = []
         self._repeats: RepeatFilter | None = None
         self._watches = {name: SignWatch() for name in (*_INERTIAL, _FIELD)}
         self._notes: dict[str, str] = {}
@@ -87,7 +88,11 @@ class StreamCorrections:
         heard = self._without_silent(readings)
         if repeats is None:
             repeats = self._repeats = RepeatFilter(period)
-        once = repeats.feed(heard) if len(heard) else None
+        once = None
+        self._beside.append(heard)
+        if len(heard):  # what other sensors read while it was silent goes with the next samples
+            parts, self._beside = self._beside, []
+            once = repeats.feed(join_readings(parts) if len(parts) > 1 else heard)
         if repeats.period != 1.0:
             name = "accelerometer and the gyroscope" if repeats.sensors > 1 else "accelerometer"
             self._note("repeats", *repeats_note(name, repeats.period))
@@ -224,7 +229,6 @@ class RepeatFilter:
         self._waiting: list[Readings] | None = []
         self._last: list[FloatArray] = []
         self._run = 0
-        self._start = 0.0
         self.period = 1.0
         self.sensors = 1
 
@@ -280,15 +284,13 @@ class RepeatFilter:
         begun = np.full(len(time), -1)
         begun[starts] = starts
         begun = np.maximum.accumulate(begun)
-        earlier = begun < 0
-        place = np.where(earlier, places + self._run, places - begun)
-        start = np.where(earlier, self._start, time[begun])
+        place = np.where(begun < 0, places + self._run, places - begun)
         number = np.maximum(np.round((place + 1) / self.period), 1.0)
         kept = (place == 0) | (number > np.maximum(np.round(place / self.period), 1.0))
         self._last = [one[-1:] for one in values]
-        self._run, self._start = int(place[-1]) + 1, float(start[-1])
-        even = start + (number - 1.0) * self.period * self._interval
-        return _inertial_rows(readings, kept, np.where(place == 0, time, even))
+        self._run = int(place[-1]) + 1
+        late = (place - (number - 1.0) * self.period) * self._interval
+        return _inertial_rows(readings, kept, time - late)
 
 
 def _together(readings: Readings) -> list[FloatArray]:

@@ -92,8 +92,9 @@ def fitting_parser(
         default=[],
         type=_span,
         metavar="FROM:TO",
-        help="leave out the samples of this span, s, like 12.5:18, such as a hold in which the "
-        "device was touched; may be given several times",
+        help="leave out the samples of this span, like 12.5:18 (s, as the result gives times), "
+        "such as a hold in which the device was touched; of a session, all others are used; may be "
+        "given several times",
     )
     add_gravity(made)
     made.set_defaults(rates=(), turns=(), rate_unit=None)

@@ -119,7 +119,7 @@ def run(argv: Sequence[str]) -> int:
         from imucal_wizard.api import undetermined
 
         write_diagnosis(list(undetermined(recording, error).values()), recording, arguments)
-        if arguments.save:
+        if arguments.save or arguments.add:
             raise
         return 0
     whole = arguments.add and arguments.save  # says what to do without a bench
@@ -149,8 +149,7 @@ def run(argv: Sequence[str]) -> int:
     if not arguments.save:
         return 0
     calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
-    save_or_print(calibration, arguments)
-    return 1 if calibration.unusable and not arguments.force else 0
+    return int(save_or_print(calibration, arguments, benches.report))
 
 
 def _place(arguments: Namespace) -> Path:

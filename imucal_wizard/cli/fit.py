@@ -34,7 +34,8 @@ def parser() -> Parser:
         "Find the holds and rotations of a recording and fit the model. Files of "
         "one session are given together: those that hold different sensors become one, "
         "and those that hold the same ones, like one for each position, follow one another.",
-        "the data determine no calibration, or one that is worse than none",
+        "the data determine no calibration, or one that is worse than none, or --save left a "
+        "sensor out",
     )
     add_methods(made)
     add_magnetometer(made)
@@ -53,7 +54,7 @@ def parser() -> Parser:
 
 
 def run(argv: Sequence[str]) -> int:
-    """Fit and report; the exit status is 1 if a sensor's calibration is worse than none."""
+    """Fit and report; 1 if a sensor's calibration is worse than none, or none is there to save."""
     arguments = parser().parse_args(argv)
     limits = limits_of_use(arguments)
     spare(arguments.files, arguments.json, arguments.save)
@@ -84,6 +85,7 @@ def run(argv: Sequence[str]) -> int:
 
         write_json(fit_document(fit.report, fit.records(diagnosis, limits), says), arguments.json)
     if arguments.save:
-        save_or_print(fit.judged(diagnosis, limits), arguments)
+        calibration = fit.judged(diagnosis, limits)
+        return int(save_or_print(calibration, arguments, fit.report))
     unusable = any(one.unusable for one in fit.report.sensors.values())
     return 1 if unusable and not arguments.force else 0

@@ -29,6 +29,7 @@ from imucal_wizard.core.output import (
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.api import Fit, Recording
     from imucal_wizard.diagnose.diagnosis import Diagnosis
+    from imucal_wizard.estimate.result import FitReport
     from imucal_wizard.report.calibration_file import Calibration
 
 
@@ -119,16 +120,30 @@ def save_usable(
     return [first + hint, *says]
 
 
-def save_or_print(calibration: "Calibration", arguments: argparse.Namespace) -> None:
+def save_or_print(
+    calibration: "Calibration", arguments: argparse.Namespace, report: "FitReport"
+) -> bool:
     """Save the usable sensors to the file of ``--save``; print what cannot be written.
+
+    Args:
+        calibration: the result.
+        arguments: with the options of ``add_saving``.
+        report: the fit; where a rate table turned the device, only the gyroscope is wanted.
+
+    Returns:
+        Whether a sensor was left out.
 
     Raises:
         PlaceError: the file cannot be written.
     """
     tell = note if getattr(arguments, "json", None) == STANDARD_OUT else say
+    wanted = ["gyroscope"] if report.on_table else report.rates
+    without = [name for name in wanted if name not in calibration.sensors]
     try:
         for text in save_usable(calibration, arguments.save, arguments):
             tell(text)
+        if without:
+            tell(f"not saved, because not calibrated: the {' and the '.join(without)}")
     except DataError:
         tell("not saved: no sensor has a usable calibration (--force saves it all the same)")
     except PlaceError:
@@ -136,6 +151,7 @@ def save_or_print(calibration: "Calibration", arguments: argparse.Namespace) -> 
 
         tell(correction_text(calibration))
         raise
+    return bool(without or (calibration.unusable and not arguments.force))
 
 
 def answer(place: str | None, document: object, text: str) -> None:

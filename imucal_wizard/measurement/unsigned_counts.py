@@ -8,6 +8,10 @@ from imucal_wizard.core.readings import FloatArray, IntArray
 
 WORD_BITS = (16, 24, 32)
 """Lengths of the whole numbers that sensors send."""
+_MIN_GAIN = 0.75
+"""Share of the range by which all changes together are smaller as signed numbers. A step of an
+eighth of the range through zero gives this. One wrong reading of counts with an offset gives less,
+as long as it is off by less than 0.69 of the range."""
 
 
 class SignWatch:
@@ -56,7 +60,7 @@ class SignWatch:
                 )
             self._meant[bits] = float(meant[-1])
             found[largest < 2.0**bits] = 0  # the shortest numbers that hold all
-            found[(largest < 2.0**bits) & (meant < read)] = bits
+            found[(largest < 2.0**bits) & (read - meant >= _MIN_GAIN * 2.0**bits)] = bits
         self._last, self._read, self.largest = values[-1:], float(read[-1]), float(largest[-1])
         return found
 

@@ -8,6 +8,7 @@ import pytest
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.core.readings import FloatArray, Readings, join_readings
+from imucal_wizard.measurement.data_quality import missing_samples
 from tests.acquire.files.lines import HEADER, samples, write
 
 COUNTS = "t[s],ax[count],ay[count],az[count],gx[count],gy[count],gz[count],temp[degC]"
@@ -196,3 +197,47 @@ def test_coarse_readings_of_a_resting_device_are_no_repeats(tmp_path: Path) -> N
     intake, live = stream(write(tmp_path / "a.csv", values), 97)
     assert len(live) == 4000
     assert not any("is repeated" in text for text in intake.warnings)
+
+
+def test_times_go_on_after_a_sensor_that_hung(tmp_path: Path) -> None:
+    """Its last reading is repeated for long, by a clock that is a little faster than at first."""
+    once = samples(900, 100.0 / 3.0)
+    values = np.repeat(once, 3, axis=0)
+    values[900:1800, 1:7] = values[899, 1:7]
+    steps = np.where(np.arange(2700) < 200, 0.01, 0.00997)
+    values[:, 0] = np.cumsum(steps)
+    intake, live = stream(write(tmp_path / "a.csv", values), 97)
+    assert any("is repeated 3 times" in text for text in intake.warnings)
+    assert len(live) == 900
+    steps = np.diff(live.accelerometer.time)
+    np.testing.assert_allclose(steps[100:], 3 * 0.00997, atol=0.0001)
+
+
+@pytest.mark.parametrize("size", [60, 5000])
+def test_the_field_is_kept_while_the_accelerometer_is_silent(tmp_path: Path, size: int) -> None:
+    values = np.hstack([samples(600)[:, :4], np.full((600, 3), 30.0)])
+    values[30::50, 1:4] = 0.0
+    _, live = stream(write(tmp_path / "a.csv", values, FIELD), size)
+    assert live.magnetometer is not None
+    assert (len(live), len(live.magnetometer)) == (588, 600)
+
+
+def test_a_slow_stream_does_not_wait_until_its_times_are_known_to_jitter(tmp_path: Path) -> None:
+    """300 samples take half a minute at 10 Hz, in which the wizard would show no sample."""
+    values = samples(100, 10.0)
+    values[:, 0] += np.random.default_rng(2).uniform(0.0, 0.02, 100)
+    path, intake = write(tmp_path / "a.csv", values), Intake(compare_arrivals=False)
+    intake.feed(path.read_bytes(), 10.0)
+    assert intake.samples == 100
+
+
+def test_a_restart_stays_a_restart_in_a_stream_whose_times_jitter(tmp_path: Path) -> None:
+    """What is missing at a restart is not known, and is not counted."""
+    values = samples(1200)
+    values[600:, 0] = values[:600, 0]
+    values[:, 0] += np.random.default_rng(8).uniform(0.0, 0.003, 1200)
+    intake, live = stream(write(tmp_path / "a.csv", values), 97)
+    assert any("jitter about even ones" in text for text in intake.warnings)
+    assert any("it has restarted" in text for text in intake.warnings)
+    assert intake.lost == 0
+    assert missing_samples(live.accelerometer.time) == ""

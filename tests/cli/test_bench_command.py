@@ -184,6 +184,7 @@ def test_too_few_directions_are_insufficient_in_words(
     path = str(flat_recording(tmp_path))
     said = bench_json(capsys, path)["accelerometer"]
     bench_json(capsys, path, "--save", str(tmp_path / "cal.json"), status=1)
+    bench_json(capsys, path, "--add", "second-order", status=1)
     assert not (tmp_path / "cal.json").exists()
     assert said["verdict"] == "insufficient"
     assert said["model"] == said["ladder"] == said["suspects"] == []

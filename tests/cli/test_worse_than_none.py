@@ -70,3 +70,17 @@ def test_python_refuses_to_save_it(spoilt: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "cal.json").exists()
     alone.save(tmp_path / "cal.json", force=True)
     assert iw.load(tmp_path / "cal.json")["accelerometer"].usable is False
+
+
+def test_a_sensor_that_is_not_calibrated_is_named_where_the_others_are_saved(
+    spoilt: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its gyroscope does not answer; a script must not take the file for complete."""
+    path, place = tmp_path / "dead.csv", tmp_path / "cal.json"
+    header, *lines = spoilt.read_text().splitlines()
+    dead = (",".join([*line.split(",")[:4], "0.01", "0.02", "0.01"]) for line in lines)
+    path.write_text("\n".join([header, *dead]) + "\n")
+    options = ["--no-verdict", "--force", "--save", str(place)]
+    assert main(["fit", str(path), *options]) == 1
+    assert "not saved, because not calibrated: the gyroscope" in capsys.readouterr().out
+    assert set(json.loads(place.read_text())["sensors"]) == {"accelerometer"}

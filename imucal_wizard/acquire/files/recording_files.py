@@ -98,9 +98,9 @@ def read_files(
     series = _from_beginning(series)
     none = Series(np.zeros(0), np.zeros((0, 3)), SI_UNIT["accelerometer"])
     if on_table and "gyroscope" in series:
-        return _readings({"accelerometer": none, **series}, warnings)
+        return _left_out(_readings({"accelerometer": none, **series}, warnings), options.without)
     if field_alone and set(series) & {"accelerometer", "magnetometer"} == {"magnetometer"}:
-        return _readings({**series, "accelerometer": none}, warnings)
+        return _left_out(_readings({**series, "accelerometer": none}, warnings), options.without)
     names = ", ".join(map(str, paths))
     if not series:
         raise RecordingError(f"{names}: no sensor is left. {'; '.join(warnings)}".rstrip())
@@ -125,21 +125,29 @@ def _left_out(readings: Readings, spans: Sequence[tuple[float, float]]) -> Readi
     """The readings without those of some spans, after whose gaps no rotation goes on.
 
     Raises:
-        UsageError: there are no samples in a span.
+        UsageError: there are no samples in a span, or none beside them.
     """
     for start, end in spans:
         series = {name: one for name in _SERIES if (one := getattr(readings, name)) is not None}
         rows = {id(one.time): (one.time < start) | (one.time > end) for one in series.values()}
         times = {id(one.time): one.time[rows[id(one.time)]] for one in series.values()}
+        span = f"from {start:.10g} to {end:.10g} s"
         if all(there.all() for there in rows.values()):
-            raise UsageError(
-                f"there are no samples from {start:g} to {end:g} s", settings=("without",)
+            first, last = (
+                edge(float(edge(one.time)) for one in series.values() if len(one))
+                for edge in (min, max)
             )
+            raise UsageError(
+                f"there are no samples {span}: these are from {first:.10g} to {last:.10g} s",
+                settings=("without",),
+            )
+        if not any(len(time) for time in times.values()):
+            raise UsageError(f"there are samples {span} only", settings=("without",))
         kept = {
             name: replace(one, time=times[id(one.time)], values=one.values[rows[id(one.time)]])
             for name, one in series.items()
         }
-        note = f"the samples from {start:g} to {end:g} s are left out, as stated"
+        note = f"the samples {span} are left out, as stated"
         readings = replace(readings, **kept, warnings=(*readings.warnings, note))
     return readings
 

@@ -236,7 +236,7 @@ class SourceScreen(LiveScreen):
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
-        port = _PORT.match(typed) or Path(typed).is_char_device()
+        port = _PORT.match(typed) or _is_device(Path(typed))
         kind = SourceKind.PORT if port else SourceKind.FILE
         if typed:
             self._open(SourceChoice(kind, typed, typed))
@@ -372,3 +372,11 @@ def _prompt(choice: SourceChoice) -> Content:
     """A choice in two rows, never read as markup."""
     title = Content(clean(choice.title or choice.target)).stylize("bold")
     return title + Content("\n  " + clean(choice.detail)) if choice.detail else title
+
+
+def _is_device(path: Path) -> bool:
+    """Whether a path is another name of a port."""
+    try:
+        return path.is_char_device()
+    except OSError:  # it is too long for a name, or in a folder that may not be entered
+        return False

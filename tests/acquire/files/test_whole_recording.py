@@ -42,6 +42,12 @@ def test_counts_around_the_middle_of_their_range_keep_their_offset() -> None:
     assert as_signed(values / 3.0) is None
 
 
+def test_one_wrong_reading_does_not_make_counts_with_an_offset_signed() -> None:
+    values = np.round(np.random.default_rng(4).normal([33000.0, 36000.0, 42000.0], 20.0, (500, 3)))
+    values[200, 0] = 12.0  # of 33012, the first digits were lost
+    assert as_signed(values) is None
+
+
 def _arrived(even: FloatArray) -> FloatArray:
     """Times of arrival over a bus that is asked every 5.12 ms."""
     return np.ceil(even / 0.00512) * 0.00512 + 0.2
@@ -148,3 +154,17 @@ def test_spans_that_are_stated_are_left_out(tmp_path: Path) -> None:
     assert "the samples from 3 to 9 s are left out, as stated" in readings.warnings
     with pytest.raises(UsageError, match="no samples from 8 to 9 s"):
         read_files([path], RecordingOptions(without=((8.0, 9.0),)))
+
+
+def test_no_span_leaves_nothing(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples())
+    with pytest.raises(UsageError, match="from 0 to 100 s only"):
+        read_files([path], RecordingOptions(without=((0.0, 100.0),)))
+
+
+def test_spans_of_a_magnetometer_alone_are_left_out_too(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.csv", samples()[:, :4], "t[s],mx[uT],my[uT],mz[uT]")
+    options = RecordingOptions(without=((0.995, 1.505),))
+    field = read_files([path], options, field_alone=True).magnetometer
+    assert field is not None
+    assert len(field) == 349
