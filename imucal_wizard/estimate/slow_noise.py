@@ -162,10 +162,13 @@ def _kinds(
         yield by_walk, 1.0 / 3.0, walked, True
         start, end = spans.T
         gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-        carried = np.multiply.outer(~still, ~still)  # from one rest to the next, to another place
+        # a rest is in one place, and from it the device is carried to another one
+        carried = np.multiply.outer(~still, ~still)
+        resting = np.multiply.outer(still, still)
+        resting &= np.maximum.outer(start, start) < np.minimum.outer(end, end)
         for tau in WANDER_SECONDS:
-            of_places = relaxed(end - start, carried * np.exp(-gap / tau), tau)
-            yield of_places, 1.0 / 3.0 / len(WANDER_SECONDS), None, False
+            moving = relaxed(end - start, carried * np.exp(-gap / tau), tau)
+            yield np.where(resting, 1.0, moving), 1.0 / 3.0 / len(WANDER_SECONDS), None, False
 
 
 def _explained(

@@ -219,6 +219,7 @@ def test_held_poses_show_slow_noise_by_what_changes_within_them() -> None:
 def test_what_a_place_does_ends_with_a_rest() -> None:
     """In motion the next rows share it; the next rest is in another place."""
     spans, rng = _regular(20), np.random.default_rng(4)
+    spans[1] = spans[0]  # two rows of one rest
     moving = np.arange(20) >= 10
     one = Fitted(
         errors=rng.normal(size=20),
@@ -235,7 +236,8 @@ def test_what_a_place_does_ends_with_a_rest() -> None:
     assert of_places
     for covariance in of_places:
         apart = covariance - np.diag(np.diag(covariance))
-        assert not apart[~moving].any()
+        assert apart[0, 1] == covariance[0, 0]
+        assert not apart[~moving, 2:].any()
         assert (apart[10, 11:] > 0.0).all()
 
 
