@@ -484,7 +484,6 @@ class _Rests:
                 balance.variance[rows],
                 alike,
                 pull[:, rows],
-                own=system.own[rows],
             )
             for rows in (slice(axis, count, 3) for axis in range(3))
         ]
