@@ -16,7 +16,7 @@ _MIN_JITTER = 0.05
 """Jitter of the steps in sampling intervals below which it does not matter."""
 _DECIDING_SAMPLES = 3 * _JITTER_SAMPLES
 """Samples at the beginning of a stream that show whether its times jitter or wander."""
-_MAX_WAIT_SECONDS = 7.5
+_MAX_JITTER_WAIT = 7.5
 """Longest time that they may take. Until then nothing arrives for the user; below 40 samples/s the
 times stay as they are given, and a rotation hardly depends on their jitter."""
 _MAX_LOOP_NOISE = 0.1
@@ -51,7 +51,7 @@ class JitterFilter:
     def __init__(self, first: FloatArray) -> None:
         steps = _usual_steps(first)
         jitters = len(steps) > 0 and bool(steps.std() >= _MIN_JITTER * steps.mean())
-        self.open = jitters and bool(_DECIDING_SAMPLES * steps.mean() <= _MAX_WAIT_SECONDS)
+        self.open = jitters and bool(_DECIDING_SAMPLES * steps.mean() <= _MAX_JITTER_WAIT)
         self._waiting = np.zeros(0)
         self.smoother: TimeSmoother | None = None
         self.period = 0.0

@@ -26,7 +26,7 @@ _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
 _MAX_SILENT = 50
 """Consecutive samples that read zero after which the sensor is silent."""
-_MAX_WAIT_SECONDS = 5.0
+_MAX_REPEATS_WAIT = 5.0
 """Seconds in which the beginning shows whether measurements are repeated: 50 at 10 Hz."""
 
 
@@ -272,7 +272,7 @@ class RepeatFilter:
             return repeat_period(lengths[1 : 1 + MIN_RUNS], at_rest=True) or 1.0
         longest = max(int(lengths.max(initial=0)), len(readings) - int(starts[-1]))
         rests = longest * self._interval > GRAVITY_BLOCK_SECONDS
-        return 1.0 if rests or len(readings) * self._interval > _MAX_WAIT_SECONDS else None
+        return 1.0 if rests or len(readings) * self._interval > _MAX_REPEATS_WAIT else None
 
     def _once(self, readings: Readings) -> Readings:
         """One sample for each measurement; equal ones that follow one another keep their number."""
