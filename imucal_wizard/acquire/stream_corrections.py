@@ -149,6 +149,8 @@ class StreamCorrections:
                 row = int(np.flatnonzero(bits)[0])
                 largest = max(largest, float(series.values[: row + 1].max()))
                 shown.append((float(series.time[row]), name, largest, int(bits[row])))
+            elif not watch.possible:
+                del self._watches[name]
         if shown:
             self.signed_since, name, read, length = min(shown)
             self._note("signs", signs_note(name, read, read - 2.0**length))

@@ -23,6 +23,7 @@ class SignWatch:
 
     Attributes:
         largest: of the numbers so far.
+        possible: whether they may be unsigned numbers.
     """
 
     def __init__(self) -> None:
@@ -30,11 +31,11 @@ class SignWatch:
         self.largest = 0.0
         self._read = 0.0
         self._meant = dict.fromkeys(WORD_BITS, 0.0)
-        self._possible = True
+        self.possible = True
 
     def holds(self, bits: int) -> bool:
         """Whether all samples so far may be unsigned numbers of so many bits."""
-        return self._possible and self.largest < 2.0**bits
+        return self.possible and self.largest < 2.0**bits
 
     def add(self, values: FloatArray) -> IntArray:
         """Bits of the unsigned numbers by the samples up to each new one; 0 where none show.
@@ -43,10 +44,10 @@ class SignWatch:
             values: counts, shape (n, 3).
         """
         found = np.zeros(len(values), np.int64)
-        if not self._possible or not len(values):
+        if not self.possible or not len(values):
             return found
         if values.min() < 0 or not are_whole_numbers(values):
-            self._possible = False
+            self.possible = False
             return found
         before = values[:1] if self._last is None else self._last
         changes = _changes(values, before)
