@@ -267,7 +267,7 @@ class Bench:
         return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
     def change_held_out(self, below: Judged, above: Judged) -> ChangeHeldOut:
-        """The errors held out of two models, so that they tell which one data held out confirm.
+        """The errors held out of two models, in the unit that shows which model is confirmed.
 
         In the sensor's unit; in units of the noise where only rows tell it that are not reported.
         """

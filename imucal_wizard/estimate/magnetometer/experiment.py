@@ -51,10 +51,11 @@ MAX_SLOW_NOISE = 3.0
 """What a fit leaves, rms in units of the samples' noise, above which it is structure of the
 place or the sensor: as noise it would weigh rows by what the model lacks."""
 MIN_PARTS_OF_REST, MOST_PARTS_OF_REST = 3, 12
-"""Parts of a held pose, a few tenths of a second each, between which slow noise is looked for."""
+"""Parts of a held pose, between which slow noise is looked for: two show a change but no noise, and
+more than a dozen only add moments in which white noise is largest."""
 WHITE_LEVELS = np.geomspace(0.3, 3.0, 24)
-"""Of such a part, over the variance that samples foretell: a filter in the sensor makes those that
-follow one another alike."""
+"""White variance of such a part, over that told by pieces that follow one another. A filter in the
+sensor makes the two differ; by more than three times it would be slow noise itself."""
 SOFT_IRON_SIZE = 0.05
 """Standard deviation of the soft iron's entries on boards; N's figure 7 has 0.06, 0.04 and 0.03."""
 
