@@ -121,7 +121,9 @@ class RotationJudge:
         motion.axis, motion.angle = axis, math.degrees(angle)
         motion.fastest = self._fastest(motion, axis)
         small = self._too_small(motion)
-        return small if small == "" else motion.problem or small
+        if small == "":
+            return ""  # a mere change of place is no rotation, whatever is wrong with its readings
+        return motion.problem or small
 
     def _contradicted(self, motion: KeptRotation, axis: str) -> bool:
         """Whether gravity shows a rotation about the axis that the gyroscope does not show.
@@ -170,6 +172,7 @@ class RotationJudge:
         return float(np.abs(rate).max()) * self._context.units.degrees
 
     def _too_small(self, motion: KeptRotation) -> str | None:
+        """The reason for a short rotation; "" for a mere change of place; None if it counts."""
         if abs(motion.angle) >= self._minimum:
             return None
         motion.axis = None

@@ -83,7 +83,7 @@ class ColumnsScreen(ModalScreen[StreamSetup | None]):
         """Show the newest values, so that turning the device shows which column is which.
 
         Ask for the units of the sensors that have columns. Close when the stream's header has
-        answered the questions. Take an error back once the answers are others.
+        answered the questions. Remove an error message once the answers change.
         """
         stream = self._newest()
         if self._stream.needs and self.is_current and stream.samples and not stream.needs:
