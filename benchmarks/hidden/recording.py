@@ -33,6 +33,8 @@ class Recorded:
         noise: true error of each hold's mean by noise, m/s², shape (n, 3).
         drift: mean of what the bias wanders over the session, a part of the bias in it, reading,
             shape (3,).
+        step: moment of a step, s.
+        settling: time constant of a warm-up, s.
         true_readings: without noise, of new holds: of a schedule, m/s², shape (n, 3).
     """
 
@@ -42,6 +44,8 @@ class Recorded:
     foreign: FloatArray
     noise: FloatArray
     drift: FloatArray
+    step: float
+    settling: float
     true_readings: Callable[[Schedule], FloatArray]
 
 
@@ -120,7 +124,17 @@ def record(
 
     holds = _holds(schedule, rounded, device)
     of_noise, drift = noise.mean(axis=1), drift @ sensor.sensitivity.T
-    return Recorded(holds, measured, schedule, foreign, of_noise, drift, true_readings)
+    return Recorded(
+        holds=holds,
+        vibration=measured,
+        schedule=schedule,
+        foreign=foreign,
+        noise=of_noise,
+        drift=drift,
+        step=60.0 * moment,
+        settling=60.0 * settling,
+        true_readings=true_readings,
+    )
 
 
 def circumstances(schedule: Schedule, step: float, settling: float) -> forward.TrueCircumstances:

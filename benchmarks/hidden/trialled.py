@@ -9,14 +9,14 @@ import numpy as np
 from benchmarks.hidden.designs import Plan
 from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import MILLI_G, Colour
-from benchmarks.hidden.recording import record
+from benchmarks.hidden.recording import Recorded, record
 from benchmarks.hidden.scenarios import FAMILY, Scenario
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.random_walk import with_random_walk
-from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.diagnose.suspects import (
     Suspect,
@@ -68,6 +68,8 @@ class Trialled:
 class Nameable(dict[str, FloatArray]):
     """Sizes that the program itself calls nameable in a session, if that has no effect at all.
 
+    Of a step and a warm-up these are the sizes for the moment and the time constant that they have.
+
     Args:
         plan: of the session.
         colour: of its noise.
@@ -80,27 +82,21 @@ class Nameable(dict[str, FloatArray]):
         self._plan, self._colour, self._chances, self._seed = plan, colour, chances, seed
 
     @cached_property
-    def _plain(self) -> tuple[WhitenedResiduals, Detectability]:
-        rng = np.random.default_rng(self._seed)
-        misfit = left_over(measured_of(record(self._plan, self._colour, (), rng)))
+    def _plain(self) -> tuple[Recorded, WhitenedResiduals, Detectability]:
+        recorded = record(self._plan, self._colour, (), np.random.default_rng(self._seed))
+        misfit = left_over(measured_of(recorded))
         hypotheses = hypothesis_set(misfit, pairs=False)
         posterior = hypotheses.posterior(misfit.residual)
-        return misfit, Detectability(misfit, hypotheses, posterior, self._chances)
-
-    def usual(self, term: str) -> Candidate | None:
-        """The effect with the setting that the sizes are told for; None where it cannot show."""
-        misfit, _ = self._plain
-        shown = any(one.term == term for one in misfit.candidates)
-        return usual_setting(misfit, term) if shown else None
-
-    def detectable(self, term: str) -> FloatArray:
-        """Sizes at which the program says that a misfit is seen."""
-        misfit, sizes = self._plain
-        return sizes.seen(usual_setting(misfit, term))
+        sizes = Detectability(misfit, hypotheses, posterior, self._chances)
+        return recorded, misfit, sizes
 
     def __missing__(self, term: str) -> FloatArray:
-        misfit, sizes = self._plain
-        self[term] = sizes.named(usual_setting(misfit, term))
+        recorded, misfit, sizes = self._plain
+        candidate, known = usual_setting(misfit, term), effect(term)
+        if candidate.variant is not None:
+            setting = recorded.step if known.sudden else recorded.settling
+            candidate = candidate_at(misfit, known, setting)
+        self[term] = sizes.named(candidate)
         return self[term]
 
 
