@@ -9,11 +9,14 @@ and a drift into a wandering bias, and the program estimates from it how large t
 
 The coordinates of a residual along every explanation (see ``Spectrum``) are linear in the size:
 draws are turned once, and each pattern once. Explanations and kinds of noise that hold next to no
-probability where the rule is nearly met are left out.
+probability where the rule is nearly met are left out. Where that is, a few of the draws tell first.
+A drift that is seen is several times larger than one with which the search begins, and the noise
+that it then looks like is another one.
 """
 
 import math
 from collections.abc import Callable
+from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,16 +26,14 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 
-DRAWS = 96
-"""Of noise."""
+DRAWS = 192
+"""Of noise: the tenth of them that decides on a size is enough for 3 % of it."""
 PILOTS = 8
 """Draws that tell which explanations matter."""
-MAX_WEIGHTS = 150_000
-"""Weights of explanations in one trial of a size, from which on fewer draws are used ..."""
-MIN_DRAWS = 48
-"""... but so many."""
-MAX_SHARE_LEFT_OUT = 0.003
-"""Probability of all explanations, and of all kinds of noise, that are left out."""
+MAX_SHARE_LEFT_OUT = 0.01
+"""Probability of all explanations, also among those by the effect's family, that are left out."""
+MAX_NOISE_LEFT_OUT = 0.003
+"""The same of all kinds of noise: the one draw in twenty that decides may be of a rare one."""
 MIN_SIGMA_SHARE = 1e-3
 """Of the probability of the likeliest σ, below which a size of the noise is left out."""
 USUAL_SLOPE = 0.8
@@ -45,8 +46,9 @@ MAX_ESTIMATE = 100.0
 MAX_LOG_GROWTH = 0.7
 """Of the size from one trial to the next."""
 MAX_TRIALS = 12
-MAX_CHANGE = 0.02
-"""Relative change of a size from which on it has settled."""
+SEARCHES = (8, 0.1), (1, 0.02)
+"""Of a size, one after the other: every how manieth draw is used, and the relative change of the
+size from which on it has settled."""
 BISECTIONS = 20
 """Of a size between nothing and one that is surely enough."""
 
@@ -104,6 +106,7 @@ class NoiseDraws:
         hypotheses: the explanations of this design.
         shares: probability of each kind of noise, shape (k,).
         variances: of each kind along each coordinate, shape (k, m).
+        seed: of the draws.
 
     Attributes:
         hypotheses: the explanations.
@@ -114,13 +117,14 @@ class NoiseDraws:
     """
 
     def __init__(
-        self, hypotheses: HypothesisSet, shares: FloatArray, variances: FloatArray
+        self, hypotheses: HypothesisSet, shares: FloatArray, variances: FloatArray, seed: int = 0
     ) -> None:
         self.hypotheses = hypotheses
         kind = np.searchsorted(np.cumsum(shares), (np.arange(DRAWS) + 0.5) / DRAWS)
         # draws of any kind stand at any place, so that a part of them represents all
-        self.variance = variances[np.random.default_rng(1).permutation(kind)]
-        white = np.random.default_rng(0).standard_normal(self.variance.shape)
+        rng = np.random.default_rng(seed)
+        self.variance = variances[rng.permutation(kind)]
+        white = _stratified(rng, self.variance.shape)
         self.coordinates = white * np.sqrt(self.variance)
         along = [one.along(self.coordinates) for one in hypotheses.spectra]
         self.along = [np.ascontiguousarray(one.T, np.float32) for one in along]
@@ -166,7 +170,6 @@ class EffectInDraws:
         weighted = pattern / draws.variance
         self._own = (weighted * draws.coordinates).sum(axis=1) / (weighted @ pattern)
         self._of_family = np.array([family in one.families for one in known.single])
-        self._known, self._used = draws.every, slice(None)
 
     def size_meeting(
         self, rule: Callable[[Weighed], FloatArray], wanted: float, first: float
@@ -178,45 +181,50 @@ class EffectInDraws:
             wanted: the share.
             first: estimate at which the search begins, in standard deviations.
         """
-        error = 1.0 / np.sqrt((1.0 / self._draws.variance) @ self._pattern**2)
-        size = first * float(np.median(error))
-        self._keep_what_matters(size)
-        error = error[self._used]
-        slope: FloatArray = USUAL_SLOPE * (size / error) ** 2
-        before: tuple[float, FloatArray] | None = None
-        for _ in range(MAX_TRIALS):
-            margin = rule(self._weighed(size, self._used))
-            if before is not None:
-                slope = np.maximum((margin - before[1]) / math.log(size / before[0]), MIN_SLOPE)
-            before = size, margin
-            # nearly right for draws in which the rule is just met, on the right side for the others
-            growth = np.clip(-margin / slope, -MAX_LOG_GROWTH, MAX_LOG_GROWTH)
-            found = _size_reaching(wanted, error, size * np.exp(growth) / error)
-            if abs(found - size) < MAX_CHANGE * size:
-                return found
-            size = found
-            if size > MAX_ESTIMATE * float(error.max()):
-                return np.inf
+        errors = 1.0 / np.sqrt((1.0 / self._draws.variance) @ self._pattern**2)
+        size = first * float(np.median(errors))
+        for step, change in SEARCHES:
+            used = slice(None, None, step)
+            known, error = self._likely(size, used), errors[used]
+            slope: FloatArray = USUAL_SLOPE * (size / error) ** 2
+            before: tuple[float, FloatArray] | None = None
+            for _ in range(MAX_TRIALS):
+                margin = rule(self._weighed(known, size, used))
+                if before is not None:
+                    slope = (margin - before[1]) / math.log(size / before[0])
+                    slope = np.maximum(slope, MIN_SLOPE)
+                before = size, margin
+                # nearly right for draws in which the rule is just met, on the right side for others
+                growth = np.clip(-margin / slope, -MAX_LOG_GROWTH, MAX_LOG_GROWTH)
+                size = _size_reaching(wanted, error, size * np.exp(growth) / error)
+                if abs(size - before[0]) < change * before[0]:
+                    break
+                if size > MAX_ESTIMATE * float(error.max()):
+                    return np.inf
         return size
 
-    def _keep_what_matters(self, size: float) -> None:
-        """Leave out what is improbable at about this size."""
-        found = self._weighed(size, slice(None, None, DRAWS // PILOTS))
+    def _likely(self, size: float, used: slice) -> LikelyExplanations:
+        """Without what is improbable in these draws at about this size."""
+        every, known = self._draws.every, self._draws.hypotheses
+        pilots = range(DRAWS)[used]
+        step = used.step * max(len(pilots) // PILOTS, 1)
+        single = self._weighed(every, size, slice(None, None, step)).single[1:]
+        shares = single.mean(axis=1)
+        keep = shares >= _least_kept(shares, MAX_SHARE_LEFT_OUT)
         # the family itself is asked about, however improbable it is
-        of_family = self._of_family[self._known.places[1:]]
-        shares = np.where(of_family, 1.0, found.single[1:].mean(axis=1))
-        kinds = found.noise.mean(axis=0)
-        likely = kinds >= _least_kept(kinds.ravel())
-        noises = [(k, np.flatnonzero(own)) for k, own in enumerate(likely) if own.any()]
-        kept = self._known.kept[shares >= _least_kept(shares)]
-        self._known = LikelyExplanations(self._draws.hypotheses, kept, noises)
-        each = sum(prior.size for prior in self._known.priors)
-        step = int(np.clip(np.ceil(DRAWS * each / MAX_WEIGHTS), 1, DRAWS // MIN_DRAWS))
-        self._used = slice(None, None, step)
+        own = self._of_family[every.places[1:]]
+        inside = (single[own] / np.maximum(single[own].sum(axis=0), 1e-300)).mean(axis=1)
+        keep[own] |= inside >= _least_kept(inside, MAX_SHARE_LEFT_OUT)
+        kept = every.kept[keep]
+        of_all = LikelyExplanations(known, kept, every.noises)
+        kinds = self._weighed(of_all, size, used).noise.mean(axis=0)
+        likely = kinds >= _least_kept(kinds.ravel(), MAX_NOISE_LEFT_OUT)
+        noises = [(k, np.flatnonzero(one)) for k, one in enumerate(likely) if one.any()]
+        return LikelyExplanations(known, kept, noises)
 
-    def _weighed(self, size: float, places: slice) -> Weighed:
-        """Weigh what is kept in some of the draws, with an effect of this size."""
-        draws, known = self._draws, self._known
+    def _weighed(self, known: LikelyExplanations, size: float, places: slice) -> Weighed:
+        """Weigh explanations in some of the draws, with an effect of this size."""
+        draws = self._draws
         times = size - self._own[places]
         coordinates = draws.coordinates[places] + times[:, None] * self._pattern
         alone = draws.hypotheses.frame.log_noise(coordinates)
@@ -275,7 +283,15 @@ def _size_reaching(share: float, errors: FloatArray, least: FloatArray) -> float
     return high
 
 
-def _least_kept(shares: FloatArray) -> float:
+def _least_kept(shares: FloatArray, left_out: float) -> float:
     """The least of these probabilities that is kept where the smallest are left out."""
     ordered = np.sort(shares)
-    return float(ordered[np.cumsum(ordered) > MAX_SHARE_LEFT_OUT][0])
+    total = np.cumsum(ordered)
+    return float(ordered[np.argmax(total >= left_out * total[-1])])
+
+
+def _stratified(rng: np.random.Generator, shape: tuple[int, int]) -> FloatArray:
+    """Normal deviates, in each column one in each of as many equally likely ranges."""
+    count, width = shape
+    deviates = np.array([NormalDist().inv_cdf((k + 0.5) / count) for k in range(count)])
+    return np.asarray(rng.permuted(np.tile(deviates[:, None], (1, width)), axis=0))
