@@ -9,9 +9,9 @@ and a drift into a wandering bias, and the program estimates from it how large t
 
 The coordinates of a residual along every explanation (see ``Spectrum``) are linear in the size:
 draws are turned once, and each pattern once. Explanations and kinds of noise that hold next to no
-probability where the rule is nearly met are left out. Where that is, a few of the draws tell first.
-A drift that is seen is several times larger than one with which the search begins, and the noise
-that it then looks like is another one.
+probability where the rule is nearly met are left out. A first search with a few of the draws finds
+about where that is: an effect that is seen may be several times larger than the one with which the
+search begins, and noise and other effects then resemble it differently.
 """
 
 import math
@@ -27,7 +27,7 @@ from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 
 DRAWS = 192
-"""Of noise: the tenth of them that decides on a size is enough for 3 % of it."""
+"""Of noise. Other draws change a size by 2 to 5 %."""
 PILOTS = 8
 """Draws that tell which explanations matter."""
 MAX_SHARE_LEFT_OUT = 0.01
