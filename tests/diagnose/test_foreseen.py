@@ -91,11 +91,16 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool
     ).may_be_right
 
 
+def on_one_axis(misfit: WhitenedResiduals, term: str) -> Candidate:
+    one = next(one for one in misfit.candidates if one.term == term)
+    return replace(one, columns=one.columns[:, :1], typical=one.typical[:1])
+
+
 def usual(term: str, wander: int = 0) -> tuple[Candidate, Detectability, HypothesisSet, Chances]:
     misfit, known = session()
     known = HypothesisSet(known.frame, known.single)
     chances = Chances(known)
-    one = next(one for one in misfit.candidates if one.term == term)
+    one = on_one_axis(misfit, term)
     return one, Detectability(*quiet(misfit, known, wander), chances), known, chances
 
 
@@ -137,8 +142,7 @@ def test_other_draws_of_the_noise_tell_the_same_size(monkeypatch: pytest.MonkeyP
     """They leave a few per cent, where a size is right to 20 %."""
     misfit, known = session(seed=6)
     posterior, chances = known.posterior(misfit.residual), Chances(known)
-    drift = next(one for one in misfit.candidates if one.term == "bias-drift")
-    drift = replace(drift, columns=drift.columns[:, :1], typical=drift.typical[:1])
+    drift = on_one_axis(misfit, "bias-drift")
     told = []
     for seed in range(4):
         monkeypatch.setattr(detectability, "NoiseDraws", partial(NoiseDraws, seed=seed))
