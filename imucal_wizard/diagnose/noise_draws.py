@@ -28,10 +28,11 @@ from imucal_wizard.diagnose.random_walk import SIGMAS
 
 DRAWS = 192
 """Of noise. Other draws change a size by 2 to 5 %."""
-PILOTS = 8
+PILOTS = 24
 """Draws that tell which explanations matter."""
-MAX_SHARE_LEFT_OUT = 0.01
-"""Probability of all explanations, also among those by the effect's family, that are left out."""
+MAX_SHARE_LEFT_OUT = 0.001
+"""Probability of all explanations, also among those by the effect's family, that are left out. Many
+improbable ones together keep a bent characteristic from being named."""
 MAX_NOISE_LEFT_OUT = 0.003
 """The same of all kinds of noise: the one draw in twenty that decides may be of a rare one."""
 MIN_SIGMA_SHARE = 1e-3
