@@ -102,8 +102,7 @@ def _few_draws() -> Iterator[None]:
     from imucal_wizard.diagnose import noise_draws, significance
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("DRAWS", "PILOTS"):
-            patch.setattr(noise_draws, name, 4)
+        patch.setattr(noise_draws, "DRAWS", 4)
         patch.setattr(noise_draws, "MAX_TRIALS", 1)
         patch.setattr(significance, "SIMULATIONS", 100)
         yield

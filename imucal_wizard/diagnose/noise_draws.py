@@ -28,8 +28,6 @@ from imucal_wizard.diagnose.random_walk import SIGMAS
 
 DRAWS = 192
 """Of noise. Other draws change a size by 2 to 5 %."""
-PILOTS = 24
-"""Draws that tell which explanations matter."""
 MAX_SHARE_LEFT_OUT = 0.001
 """Probability of all explanations, also among those by the effect's family, that are left out. Many
 improbable ones together keep a bent characteristic from being named."""
@@ -47,9 +45,9 @@ MAX_ESTIMATE = 100.0
 MAX_LOG_GROWTH = 0.7
 """Of the size from one trial to the next."""
 MAX_TRIALS = 12
-SEARCHES = (8, 0.1), (1, 0.02)
-"""Of a size, one after the other: every how manieth draw is used, and the relative change of the
-size from which on it has settled."""
+SEARCHES = (24, 8, 0.1), (DRAWS, 24, 0.02)
+"""Of a size, one after the other: how many draws are used, how many of them tell which explanations
+matter, and the relative change of the size from which on it has settled."""
 BISECTIONS = 20
 """Of a size between nothing and one that is surely enough."""
 
@@ -184,9 +182,9 @@ class EffectInDraws:
         """
         errors = 1.0 / np.sqrt((1.0 / self._draws.variance) @ self._pattern**2)
         size = first * float(np.median(errors))
-        for step, change in SEARCHES:
-            used = slice(None, None, step)
-            known, error = self._likely(size, used), errors[used]
+        for count, pilots, change in SEARCHES:
+            used = _some(count)
+            known, error = self._likely(size, used, _some(pilots)), errors[used]
             slope: FloatArray = USUAL_SLOPE * (size / error) ** 2
             before: tuple[float, FloatArray] | None = None
             for _ in range(MAX_TRIALS):
@@ -204,12 +202,10 @@ class EffectInDraws:
                     return np.inf
         return size
 
-    def _likely(self, size: float, used: slice) -> LikelyExplanations:
-        """Without what is improbable in these draws at about this size."""
+    def _likely(self, size: float, used: slice, pilots: slice) -> LikelyExplanations:
+        """What is not improbable in these draws at about this size."""
         every, known = self._draws.every, self._draws.hypotheses
-        pilots = range(DRAWS)[used]
-        step = used.step * max(len(pilots) // PILOTS, 1)
-        single = self._weighed(every, size, slice(None, None, step)).single[1:]
+        single = self._weighed(every, size, pilots).single[1:]
         shares = single.mean(axis=1)
         keep = shares >= _least_kept(shares, MAX_SHARE_LEFT_OUT)
         # the family itself is asked about, however improbable it is
@@ -265,6 +261,11 @@ class EffectInDraws:
             taken += noise[:, wander].sum(axis=1) * each_squares
         sigma /= np.maximum(single, 1e-300)
         return Weighed(known.places, single / total, sigma, noise, taken)
+
+
+def _some(count: int) -> slice:
+    """Which draws are used where so many are enough."""
+    return slice(None, None, max(DRAWS // count, 1))
 
 
 def _size_reaching(share: float, errors: FloatArray, least: FloatArray) -> float:
