@@ -156,8 +156,8 @@ class Noise:
         resting = _resting(field)
         if resting.any() and not resting.all():  # in a turn it goes over into that of the next pose
             number = np.arange(len(field))
-            offset = [np.interp(number, number[resting], axis[resting]) for axis in offset.T]
-            offset = np.array(offset).T
+            on_the_way = [np.interp(number, number[resting], axis[resting]) for axis in offset.T]
+            offset = np.array(on_the_way).T
         walk = np.cumsum(rng.standard_normal(len(field))) / np.sqrt(len(field))
         if self.flicker or self.walk:
             bias = Wandering(flicker=self.flicker, walk=self.walk)
@@ -175,6 +175,8 @@ NOISES = {
     "field drifts by 0.2 µT": Noise(drift=2.0),
     "flicker 0.03 µT": Noise(flicker=0.3),
     "flicker 0.1 µT": Noise(flicker=1.0),
+    "random walk 0.005 µT/√s": Noise(walk=0.05),
+    "random walk 0.01 µT/√s": Noise(walk=0.1),
     "random walk 0.02 µT/√s": Noise(walk=0.2),
 }
 STEPS = {
@@ -222,7 +224,7 @@ def stretches(field: FloatArray, samples: int) -> IntArray:
 def _resting(field: FloatArray) -> BoolArray:
     """Which samples have the direction of one beside them, shape (n,)."""
     same = (np.diff(field, axis=0) == 0.0).all(axis=1)
-    return np.append(same, False) | np.append(False, same)
+    return np.asarray(np.append(same, False) | np.append(False, same))
 
 
 def bound(
@@ -370,7 +372,8 @@ def coverage(runs: int, seed: int, only: str = "", fresh: str = "") -> None:
                 if only in label:
                     found = intervals(motion, noise, step, runs, seed, fresh=fresh != "-")
                     shares, rms, ratio, foretold, unknown = found
-                    known = f"{ratio:8.2f}" if noise.bounded and not bits else f"{'–':>8}"
+                    told = noise.bounded and not bits and not (noise.offset and "turns" in name)
+                    known = f"{ratio:8.2f}" if told else f"{'–':>8}"
                     cells = "".join(f"{100.0 * one:9.1f}" for one in shares)
                     said = f"{rms:8.2f}{known}{100.0 * foretold:9.1f}{100.0 * unknown:8.1f}"
                     print(f"{label:50}{cells}{said}", flush=True)
