@@ -18,7 +18,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from benchmarks.hold_sessions import DESIGNS, STEP, wander
 from benchmarks.hold_sessions import Noise as Wandering
 from benchmarks.measure import machine
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Series
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
@@ -83,6 +83,27 @@ def poses(
     return np.repeat(placed, np.round(seconds * longer * RATE).astype(int), axis=0)
 
 
+def turned(rng: np.random.Generator, nominal: FloatArray, turn: float = 2.0) -> FloatArray:
+    """Still poses of 3 s, from each of which a hand turns the device to the next, shape (n, 3).
+
+    Args:
+        rng: chance.
+        nominal: the poses in their order, shape (k, 3).
+        turn: seconds of a turn.
+    """
+    held = round(3.0 * RATE)
+    placed = poses(rng, nominal=nominal)[::held]
+    share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(round(turn * RATE)) + 0.5) / round(turn * RATE))
+    parts = []
+    for one, other in pairwise(placed):
+        across = np.cross(one, other)
+        across /= np.linalg.norm(across)
+        angle = np.arccos(one @ other) * share
+        path = np.outer(np.cos(angle), one) + np.outer(np.sin(angle), np.cross(across, one))
+        parts += [np.tile(one, (held, 1)), path]
+    return np.concatenate([*parts, np.tile(placed[-1], (held, 1))])
+
+
 def sampled(make: Make, rate: float) -> Make:
     """The same motion at another sampling rate, samples a second."""
 
@@ -132,6 +153,11 @@ class Noise:
     ) -> tuple[FloatArray, FloatArray]:
         """What samples have in common, by offsets of the readings and of the field, (n, 3) each."""
         offset = (self.offset * rng.standard_normal((int(stretch[-1]) + 1, 3)))[stretch]
+        resting = _resting(field)
+        if resting.any() and not resting.all():  # in a turn it goes over into that of the next pose
+            number = np.arange(len(field))
+            on_the_way = [np.interp(number, number[resting], axis[resting]) for axis in offset.T]
+            offset = np.array(on_the_way).T
         walk = np.cumsum(rng.standard_normal(len(field))) / np.sqrt(len(field))
         if self.flicker or self.walk:
             bias = Wandering(flicker=self.flicker, walk=self.walk)
@@ -149,6 +175,8 @@ NOISES = {
     "field drifts by 0.2 µT": Noise(drift=2.0),
     "flicker 0.03 µT": Noise(flicker=0.3),
     "flicker 0.1 µT": Noise(flicker=1.0),
+    "random walk 0.005 µT/√s": Noise(walk=0.05),
+    "random walk 0.01 µT/√s": Noise(walk=0.1),
     "random walk 0.02 µT/√s": Noise(walk=0.2),
 }
 STEPS = {
@@ -172,6 +200,8 @@ MOTIONS: dict[str, tuple[Make, float, float]] = {
     "tumbling for 50 s": (partial(tumbling, samples=4000), RATE, 5.0),
     "18 poses of 3 s": (partial(poses, nominal=DESIGNS["18"]), RATE, 0.0),
     "26 + 12 poses of 3 s": (partial(poses, nominal=DESIGNS["26 + 12"]), RATE, 0.0),
+    "18 poses of 3 s, turns of 2 s": (partial(turned, nominal=DESIGNS["18"]), RATE, 0.0),
+    "26 + 12 poses of 3 s, turns of 2 s": (partial(turned, nominal=DESIGNS["26 + 12"]), RATE, 0.0),
     "26 poses of 3 s": (poses, RATE, 0.0),
     "26 poses of 3 s twice": (lambda rng: np.concatenate([poses(rng), poses(rng)]), RATE, 0.0),
     "26 poses of 3 to 27 s": (partial(poses, uneven=True), RATE, 0.0),
@@ -180,10 +210,21 @@ MOTIONS: dict[str, tuple[Make, float, float]] = {
 
 
 def stretches(field: FloatArray, samples: int) -> IntArray:
-    """Number of the stretch that each sample is of, shape (n,): a pose, or so many samples."""
+    """Number of the stretch that each sample is of, shape (n,): so many samples, or a pose.
+
+    A turn to the next pose belongs to the pose before it.
+    """
     if samples:
         return np.arange(len(field)) // samples
-    return np.cumsum(np.append(False, (np.diff(field, axis=0) != 0.0).any(axis=1)))
+    resting = _resting(field)
+    begins = np.append(True, (np.diff(field, axis=0) != 0.0).any(axis=1)) & resting
+    return np.cumsum(begins) - 1
+
+
+def _resting(field: FloatArray) -> BoolArray:
+    """Which samples have the direction of one beside them, shape (n,)."""
+    same = (np.diff(field, axis=0) == 0.0).all(axis=1)
+    return np.asarray(np.append(same, False) | np.append(False, same))
 
 
 def bound(
@@ -331,7 +372,8 @@ def coverage(runs: int, seed: int, only: str = "", fresh: str = "") -> None:
                 if only in label:
                     found = intervals(motion, noise, step, runs, seed, fresh=fresh != "-")
                     shares, rms, ratio, foretold, unknown = found
-                    known = f"{ratio:8.2f}" if noise.bounded and not bits else f"{'–':>8}"
+                    told = noise.bounded and not bits and not (noise.offset and "turns" in name)
+                    known = f"{ratio:8.2f}" if told else f"{'–':>8}"
                     cells = "".join(f"{100.0 * one:9.1f}" for one in shares)
                     said = f"{rms:8.2f}{known}{100.0 * foretold:9.1f}{100.0 * unknown:8.1f}"
                     print(f"{label:50}{cells}{said}", flush=True)

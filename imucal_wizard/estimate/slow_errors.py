@@ -64,6 +64,17 @@ class Fitted:
     own: FloatArray | None = None
 
     @property
+    def white(self) -> FloatArray:
+        """Variance of the white errors of each row but for a factor, shape (n,).
+
+        What the fit finds beyond the measured noise is not the same in every row: it is what slow
+        errors explain.
+        """
+        if self.own is None:
+            return self.variance
+        return np.maximum(self.own, self.variance / MOST_LACKING)
+
+    @property
     def pull_of_holds(self) -> FloatArray:
         """By how much an error of each hold moves each parameter, shape (k, n)."""
         return self.independent.measured(self.pull.T).T
@@ -130,7 +141,7 @@ class SlowKind:
 
     Attributes:
         weight: probability of each size, shape (s,).
-        scale: variance of the white errors over that of the weights, of each fit, shape (f, s).
+        scale: variance of the white errors over ``Fitted.white``, of each fit, shape (f, s).
         size: variance of the slow errors of each fit, shape (f, s).
         slow: covariance of the holds by slow errors of size one, of each fit, shape (f, n, n).
         whole: the same of holds and what lies between them, as one axis has them, (n + m, n + m).
@@ -165,8 +176,8 @@ class SlowErrors:
 
     Attributes:
         kinds: the kinds of slow errors.
-        variance: by whose inverse each hold was weighed in each of the fits that tell these errors,
-            shape (n,) each. Fits of other weights have the same errors.
+        variance: of the white errors of each hold but for a factor, in each of the fits that tell
+            these errors, shape (n,) each. Fits of other weights have the same errors.
     """
 
     kinds: tuple[SlowKind, ...]

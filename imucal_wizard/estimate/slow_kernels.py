@@ -22,6 +22,9 @@ Kernel = Callable[[FloatArray], FloatArray]
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
 """Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
 
+SHORTEST = 1e-6
+"""Length of an average over its correlation time that is none: a value at one moment."""
+
 
 def averaged(spans: FloatArray) -> FloatArray:
     """Covariance of averages over these spans of time, (n, 2), where B is one, shape (n, n)."""
@@ -54,7 +57,7 @@ def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
         fallen: by how much the correlation falls off in the gap between two of them, shape (n, n).
         tau: correlation time, s.
     """
-    share = length / tau
+    share = np.maximum(length / tau, SHORTEST)
     mean = -np.expm1(-share) / share
     apart = fallen * mean
     apart *= mean[:, None]

@@ -25,21 +25,29 @@ ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
 size, and without a measurement the residuals hardly distinguish the two."""
-ALL_WHITE_OF_FIELD = 0.6
-"""The same of a magnetometer, whose many rows are near in time, in a field that is hardly the same
-everywhere and always. No residual shows what its model takes up of slow errors: the value lies
-between 0.3, with which the intervals under white noise are too long, and 0.85, with which those of
-circles under flicker noise are too short."""
+ALL_WHITE_OF_FIELD = 0.3
+"""The same of a magnetometer, in a field that is hardly the same everywhere and always."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
-WANDER_SECONDS = (1.0, 3.0, 10.0)
-"""Correlation times of what a place does to a sensor that is carried through it. What lasts longer
-is like a random walk of the bias, whose mean over the session belongs to the bias."""
-MEASURED_NOISE = 0.5
+FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.05, 0.15, 0.1
+"""The same of a magnetometer: flicker noise or a random walk of its bias, or a field whose strength
+drifts. The rest is what the place does to the sensor, which differs within a room by more than the
+bias wanders."""
+ON_THE_WAY, AT_REST, FADING = 0.4, 0.1, 0.1
+"""What a place does goes over steadily into that of the next rest, is in the rests alone (what
+stands below them), or fades as the device moves on, with each of ``FADING_SECONDS``."""
+FADING_SECONDS = (1.0, 3.0)
+"""Correlation times of that in motion. What lasts longer is like a random walk of the bias, whose
+mean over the session belongs to the bias."""
+MEASURED_NOISE = 0.7
 """Probability that the white errors of holds are the noise measured within them and no more, where
 that is known: else their size, which nothing measures, is any."""
 LARGER = 60
 """Sizes of larger ones, up to ``MOST_LACKING``, each 12 % more in variance than the one before."""
+ANOTHER_PLACE = 1000.0
+"""Seconds of motion that are counted between two rests without a motion measured between them."""
+TOUCHING = 0.01
+"""Share of a span in common with the one before that is a matter of rounding."""
 PARTS = np.geomspace(0.1, 100.0, 13)
 """Variance of the slow part over that of the rest: from what no session shows to nearly all."""
 
@@ -79,7 +87,7 @@ def estimate_slow_errors(
     """
     every = spans if between is None else np.concatenate([spans, between.spans])
     of_field = any(one.strength is not None for one in fitted)
-    left = [complement(one.columns / np.sqrt(one.variance)[:, None]) for one in fitted]
+    left = [complement(one.columns / np.sqrt(one.white)[:, None]) for one in fitted]
     if not all(across.shape[1] for across in left):
         return None
     all_white = ALL_WHITE_OF_FIELD if of_field else ALL_WHITE[measured]
@@ -100,7 +108,7 @@ def estimate_slow_errors(
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
         tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds),
-        tuple(one.variance for one in fitted),
+        tuple(one.white for one in fitted),
     )
 
 
@@ -126,14 +134,13 @@ def _kind(
     for one, across in zip(fitted, left, strict=True):
         slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
         mixed = one.independent.rows(one.independent.rows(slow).T)
-        sigma = np.sqrt(one.variance)
+        sigma = np.sqrt(one.white)
         evidence, scale, size, left_in = _explained(
             one.errors / sigma, mixed / np.outer(sigma, sigma), across
         )
         log += evidence
         if one.own is not None:
-            least = float(np.mean(one.own / one.variance))
-            log += _with_measured_noise(scale / least, across.shape[1])
+            log += _with_measured_noise(scale, across.shape[1])
         scales.append(scale)
         sizes.append(size)
         slows.append(slow)
@@ -154,21 +161,53 @@ def _kinds(
     What a place does has none: it is the same throughout a rest. Last, whether it is an error of
     the field's strength; else it is one of the bias.
     """
-    of_bias = 1.0 / 3.0 if of_field else 1.0
-    yield about_the_mean(spans, averaged), of_bias * FLICKER, averaged, False
     by_walk = about_the_mean(spans, walked)
-    yield by_walk, of_bias * (1.0 - FLICKER), walked, False
+    flicker, walk = (FIELD_FLICKER, FIELD_WALK) if of_field else (FLICKER, 1.0 - FLICKER)
+    yield about_the_mean(spans, averaged), flicker, averaged, False
+    yield by_walk, walk, walked, False
     if of_field:
-        yield by_walk, 1.0 / 3.0, walked, True
-        start, end = spans.T
-        gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
-        # a rest is in one place, and from it the device is carried to another one
-        carried = np.multiply.outer(~still, ~still)
-        resting = np.multiply.outer(still, still)
-        resting &= np.maximum.outer(start, start) < np.minimum.outer(end, end)
-        for tau in WANDER_SECONDS:
-            moving = relaxed(end - start, carried * np.exp(-gap / tau), tau)
-            yield np.where(resting, 1.0, moving), 1.0 / 3.0 / len(WANDER_SECONDS), None, False
+        yield by_walk, FIELD_DRIFT, walked, True
+        begin, end = _moved(spans, still)
+        if still.any():
+            of_rest = _of_rests(0.5 * (begin + end), still)
+            yield of_rest @ of_rest.T, ON_THE_WAY, None, False
+            of_rest = of_rest * still[:, None]
+            yield of_rest @ of_rest.T, AT_REST, None, False
+        gap = np.maximum(np.maximum.outer(begin, begin) - np.minimum.outer(end, end), 0.0)
+        for tau in FADING_SECONDS:
+            yield relaxed(end - begin, np.exp(-gap / tau), tau), FADING, None, False
+
+
+def _of_rests(moved: FloatArray, still: BoolArray) -> FloatArray:
+    """Which share of what the place of each rest does is in each span, shape (n, r).
+
+    On its way the device passes steadily from the place of one rest to that of the next.
+
+    Args:
+        moved: how long the device had moved in the middle of each span, s, shape (n,).
+        still: which of them were measured at rest, shape (n,).
+    """
+    rests = np.unique(moved[still])
+    return np.array([np.interp(moved, rests, one) for one in np.eye(len(rests))]).T
+
+
+def _moved(spans: FloatArray, still: BoolArray) -> FloatArray:
+    """How long the device had moved at the beginning and the end of each span, s, shape (2, n).
+
+    Args:
+        spans: in order, s, shape (n, 2).
+        still: which of them were measured at rest, shape (n,).
+    """
+    out, moved, until, resting = np.empty((2, len(spans))), 0.0, float(spans[0, 0]), False
+    for k, ((start, end), rest) in enumerate(zip(spans.tolist(), still.tolist(), strict=True)):
+        if start > until - TOUCHING * (end - start):
+            moved += ANOTHER_PLACE if rest and resting else max(start - until, 0.0)
+        begin = moved
+        if end > until:
+            moved += 0.0 if rest else end - max(start, until)
+            until, resting = end, rest
+        out[:, k] = begin, moved
+    return out
 
 
 def _explained(

@@ -24,6 +24,7 @@ from tests.estimate.field_truth import (
     true_parameters,
     tumbling,
 )
+from tests.estimate.truth import EIGHTEEN
 
 METHODS = tuple(MethodNames("magnetometer"))
 
@@ -113,6 +114,17 @@ def test_poses_repeated_at_the_same_place_repeat_what_rounding_does() -> None:
         found, _ = deviations(replace(series, values=series.values + zero))
         off.append(list(found.values()))
     assert 0.8 < np.sqrt(np.mean(np.square(off))) < 1.3
+
+
+def test_a_short_arc_of_a_turn_is_no_pose_that_is_held() -> None:
+    """Twenty seconds of turning, of which each fifth of a second is a row, and eighteen poses."""
+    rng = np.random.default_rng(8)
+    for directions, held in (
+        (tumbling(rng, 1600), 0),
+        (np.repeat(EIGHTEEN, 240, axis=0), 18),
+    ):
+        data = fit_magnetometer(recorded(directions, rng).series).data
+        assert data.pieces.still(data.samples.magnetic).sum() == held
 
 
 def test_a_given_field_fixes_the_scale() -> None:

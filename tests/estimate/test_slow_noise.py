@@ -216,8 +216,11 @@ def test_held_poses_show_slow_noise_by_what_changes_within_them() -> None:
     assert sizes[lighter.evidence(walked, sizes, slice(None), of_strength=True).argmax()] == 1.0
 
 
-def test_what_a_place_does_ends_with_a_rest() -> None:
-    """In motion the next rows share it; the next rest is in another place."""
+def test_what_a_place_does_fades_while_the_device_moves() -> None:
+    """All of a rest shares it, and what is measured in the motion after it, ever less of it.
+
+    From one rest to another without a motion measured between them the device is carried.
+    """
     spans, rng = _regular(20), np.random.default_rng(4)
     spans[1] = spans[0]  # two rows of one rest
     moving = np.arange(20) >= 10
@@ -232,13 +235,36 @@ def test_what_a_place_does_ends_with_a_rest() -> None:
     )
     slow = estimate_slow_errors(spans, [one], measured=False)
     assert slow is not None
-    of_places = [kind.slow[0] for kind in slow.kinds if not kind.long]
-    assert of_places
-    for covariance in of_places:
+    on_the_way, of_rests, *fading = [kind.slow[0] for kind in slow.kinds if not kind.long]
+    assert fading
+    for covariance in (on_the_way, of_rests, *fading):
+        assert covariance[0, 1] == pytest.approx(covariance[0, 0])
         apart = covariance - np.diag(np.diag(covariance))
-        assert apart[0, 1] == covariance[0, 0]
-        assert not apart[~moving, 2:].any()
-        assert (apart[10, 11:] > 0.0).all()
+        assert apart[:10, 2:10] == pytest.approx(0.0, abs=1e-12)
+    assert not of_rests[moving].any()
+    for covariance in fading:
+        assert 0.0 < covariance[9, 10] < covariance[9, 9]
+        assert (np.diff(covariance[9, 10:14]) < 0.0).all()
+
+
+def test_between_two_rests_the_one_place_goes_over_into_the_other() -> None:
+    """A rest, a motion measured in four spans, and another rest."""
+    spans = np.array([[0.0, 3.0], *([3.0 + k, 4.0 + k] for k in range(4)), [7.0, 10.0]])
+    still = np.array([True, False, False, False, False, True])
+    one = Fitted(
+        errors=np.random.default_rng(5).normal(size=6),
+        columns=np.ones((6, 1)),
+        variance=np.ones(6),
+        alike=np.ones((6, 6)),
+        pull=np.full((1, 6), 0.1),
+        strength=np.ones(6),
+        still=still,
+    )
+    slow = estimate_slow_errors(spans, [one], measured=False)
+    assert slow is not None
+    on_the_way = next(kind.slow[0] for kind in slow.kinds if not kind.long)
+    assert on_the_way[0] == pytest.approx([1.0, 0.875, 0.625, 0.375, 0.125, 0.0])
+    assert on_the_way[5] == pytest.approx(on_the_way[0][::-1])
 
 
 def test_a_long_rest_tells_how_much_of_the_scatter_of_rests_is_slow() -> None:

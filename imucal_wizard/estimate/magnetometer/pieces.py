@@ -8,6 +8,7 @@ does to its readings is the same in all of them.
 """
 
 import heapq
+import itertools
 import math
 
 import numpy as np
@@ -33,6 +34,11 @@ REVISIT_SECONDS = 3.0
 ONE_POSE_RADIANS = np.radians(2.0)
 """Scatter of the direction within a still pose that a hand holds, at most. A shorter arc than 7°
 tells an ellipsoid nothing more than its mean does."""
+MIN_PIECES_OF_POSE = 3
+"""Pieces in which a direction stays: two do not tell a rate from their noise."""
+POSE_RATE = ONE_POSE_RADIANS * np.sqrt(12.0) / REVISIT_SECONDS
+"""Rate of the direction, rad/s, by which a turn of ``REVISIT_SECONDS`` scatters as much as a pose
+that is held."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -74,8 +80,8 @@ class Pieces:
         return np.asarray(np.add.reduceat(self.count, self.offsets[:-1]))
 
     def spread(self, values: FloatArray) -> FloatArray:
-        """Values of the groups as values of their pieces, shape (k,) to (p,)."""
-        return np.repeat(values, np.diff(self.offsets))
+        """Values of the groups as values of their pieces, shape (k, …) to (p, …)."""
+        return np.repeat(values, np.diff(self.offsets), axis=0)
 
     def scatter(self, *values: FloatArray) -> list[FloatArray]:
         """Variances of values of all samples, (n, …), about the mean of their group, (k, …)."""
@@ -85,12 +91,25 @@ class Pieces:
     def still(self, field: FloatArray) -> BoolArray:
         """Which groups are a pose that is held, shape (k,).
 
+        Most of its pieces lie near one direction and do not turn on. The ends of turns may be with
+        it; a short arc of a turn lies near one direction, too, but turns on.
+
         Args:
             field: corrected field of the pieces, shape (p, 3).
         """
-        unit = unit_vectors(field)
-        away = unit - np.repeat(self.mean(unit), np.diff(self.offsets), axis=0)
-        return np.asarray(self.mean((away**2).sum(axis=1)) <= ONE_POSE_RADIANS**2)
+        unit, out = unit_vectors(field), np.zeros(len(self.offsets) - 1, bool)
+        for group, (first, past) in enumerate(itertools.pairwise(self.offsets.tolist())):
+            if past - first < MIN_PIECES_OF_POSE:
+                continue
+            own = unit[first:past]
+            near = np.linalg.norm(own - np.median(own, axis=0), axis=1) <= ONE_POSE_RADIANS
+            if near.sum() < max(MIN_PIECES_OF_POSE, 0.5 * len(own)):
+                continue
+            later = self.time[first:past][near]
+            later = later - later.mean()
+            rate = np.linalg.norm(later @ own[near]) / float(later @ later)
+            out[group] = rate <= POSE_RATE
+        return out
 
     @property
     def edges(self) -> FloatArray:
