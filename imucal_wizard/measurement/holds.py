@@ -365,7 +365,8 @@ def _turns(blocks: Blocks, fading: FloatArray) -> bool:
     """Whether the accelerometer moves as the gyroscope turns rather than by an exponential.
 
     Then the device turns, and no sensor settles. An even turn, which the gyroscope's bias looks
-    like and either explains in part, is left out.
+    like and either explains in part, is left out. By chance each parameter explains as much as one
+    reading has noise: the exponential has three amplitudes, the turn the gyroscope's unit.
 
     Args:
         blocks: the first ones of a hold.
@@ -380,7 +381,8 @@ def _turns(blocks: Blocks, fading: FloatArray) -> bool:
     read, moved, fades = uneven @ force, uneven @ moved, uneven @ fading
     by_turn = float((read * moved).sum()) ** 2 / max(float((moved * moved).sum()), 1e-300)
     by_exponential = float(((fades @ read) ** 2).sum()) / float(fades @ fades)
-    return by_turn > by_exponential
+    noise = float((read * read).sum()) - max(by_turn, by_exponential)
+    return by_turn + 2.0 * noise / (read.size - 3) > by_exponential
 
 
 @lru_cache(maxsize=64)
