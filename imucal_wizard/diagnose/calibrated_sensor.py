@@ -29,6 +29,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.rate_table import RateTableExperiment
+from imucal_wizard.estimate.rest_spectrum import with_quiet_noise
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
 from imucal_wizard.estimate.table_steps import TableData
@@ -399,7 +400,8 @@ class CalibratedGyroscope(CalibratedSensor):
         del gravity
         if reference is None:
             raise DataError("there is no calibrated accelerometer to tell gravity by")
-        of, holds, plain = reference, list(measured.holds), self.calibration
+        holds = with_quiet_noise(measured.holds, measured.readings)
+        of, plain = reference, self.calibration
         turned = rotation_set(holds, examined(measured.rotations), plain)
         nominal = nominal_of(plain.matrix, self.unit != COUNT)
 

@@ -93,7 +93,7 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         accelerometer_scatter=moved(np.abs(force), hold.accelerometer_scatter),
         gyroscope_scatter=moved(np.abs(rate), hold.gyroscope_scatter),
         gyroscope_turn=moved(rate, hold.gyroscope_turn),
-        gyroscope_fast=moved(np.abs(rate), hold.gyroscope_fast),
+        gyroscope_quiet=moved(np.abs(rate), hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
     )
 

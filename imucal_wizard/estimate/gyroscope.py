@@ -9,7 +9,6 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -25,10 +24,11 @@ from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
-from imucal_wizard.estimate.sampling_loss import sampling_loss, spectrum_at_rest
+from imucal_wizard.estimate.sampling_loss import AtRest, sampling_loss
 from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     estimate_slow_errors,
@@ -125,11 +125,15 @@ class GyroscopeExperiment(Movable):
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
-            per_sample = self.noise_at_rest.per_sample + rounding
-            series, resting = None if readings is None else readings.gyroscope, None
-            if series is not None:
-                resting = partial(spectrum_at_rest, series, holds, start.matrix)
-            lost = sampling_loss(rotations.samples, rotations.rates(start), per_sample, resting)
+            rest, series = self.noise_at_rest, None if readings is None else readings.gyroscope
+            white, single = float(rest.per_second.mean()), float(rest.per_sample.mean())
+            at_rest = AtRest(white, single, single)
+            if series is not None and (shown := rest_spectrum(series, holds)) is not None:
+                gains = (start.matrix**2).mean(axis=0)
+                half, quarter = float(gains @ shown.half), float(gains @ shown.quarter)
+                at_rest = AtRest(white, half, quarter, shown.count)
+            rates = rotations.rates(start)
+            lost = sampling_loss(rotations.samples, rates, at_rest, float(rounding.mean()))
         self.lost = lost
         self.long_rest = None
         if readings is not None and readings.gyroscope is not None:

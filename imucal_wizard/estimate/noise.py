@@ -29,6 +29,9 @@ SWAYED_P = 0.01
 """Probability by chance, in any hold, of as much noise across gravity as in one that swayed."""
 NO_NOISE = 1e-12
 """Noise of an axis over that of the noisiest one, as variances, which no sensor has."""
+TURNING = 10.0
+"""What the gyroscope turns in a hold over what its noise at the quietest frequencies makes, as
+variances, from which on a hand moves it: a bias wanders less in some seconds."""
 SHRINKING_ROUNDS = 30
 SHRUNK_TO = 1e-4
 """Change of the variance beyond chance, relative, that no longer matters."""
@@ -98,7 +101,7 @@ def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
     covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
     seconds = np.array([hold.end - hold.start for hold in with_rate])
     columns = covariances[:, range(3), range(3)] * seconds[:, None]
-    return np.array([_pooled(column, HOLD_FREEDOM) for column in columns.T])
+    return np.array([pooled(column, HOLD_FREEDOM) for column in columns.T])
 
 
 def _moderated(
@@ -214,7 +217,7 @@ def _swayed(
     if not known.any():
         return swayed
     slow = across / single if (single > 0.0).all() else across
-    usual = _pooled(slow[known], 2 * HOLD_FREEDOM)
+    usual = pooled(slow[known], 2 * HOLD_FREEDOM)
     for k in np.flatnonzero(known & (slow > usual) & (across > along)):
         far = exceeded(slow[k] / usual, 2 * freedom[k], EXACT_FREEDOM) < SWAYED_P / len(along)
         ratio = across[k] / along[k]
@@ -264,7 +267,7 @@ def _centre(means: FloatArray) -> FloatArray:
     return np.asarray(middle if found is None else middle + reach * found[0])
 
 
-def _pooled(values: FloatArray, freedom: int) -> float:
+def pooled(values: FloatArray, freedom: int) -> float:
     """Mean of χ²-distributed values from their median, which a disturbed one does not move.
 
     Median over mean is ``(1 − 2/(9ν))³`` (Wilson & Hilferty).
@@ -312,7 +315,7 @@ def rest_of(
     moderated by all others (``shrunk``). What a hold has beyond the common noise says less about
     the bias. In one that is far noisier than all others the device turned while it was averaged: it
     ends elsewhere than its mean direction. Where a hand holds the device, most of what the rates
-    show is turning: the common noise is then that of the fastest frequencies, and each hold turns.
+    show is turning: the common noise is then that of the quietest frequencies, and each hold turns.
 
     Args:
         holds: all of them; without a gyroscope in them they count as noisy as the others.
@@ -324,14 +327,13 @@ def rest_of(
     density = np.zeros(3) if density is None else density
     # where most holds read one step, what is left is the rounding of double numbers
     density = np.where(density < NO_NOISE * density.max(), 0.0, density)
-    tilt, followed = np.full(len(holds), np.inf), np.zeros(len(holds), np.bool_)
+    tilt = np.full(len(holds), np.inf)
+    swaying = followed = np.zeros(len(holds), np.bool_)
     if bias is not None and reference is not None:
         tilt, followed = _tilt(holds, matrix, bias, reference)
-    swaying = np.isfinite(tilt)
-    if swaying.any():
-        fast = [one.gyroscope_fast for one, sways in zip(holds, swaying, strict=True) if sways]
-        least = (np.array(fast) * seconds[swaying, None]).mean(axis=0)
-        density = np.where(least > 0.0, np.minimum(density, least), density)
+        swaying = np.isfinite(tilt) | _held(holds)
+        if swaying.any():
+            density = np.minimum(density, _quiet(holds, density))
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
     common = per_second / seconds[:, None]
@@ -340,11 +342,11 @@ def rest_of(
     if (density > 0.0).all():
         # of each axis over the common noise: by its mean and by single samples
         unknown = np.full(3, np.nan)
-        own = [None if (c := one.gyroscope_covariance) is None else np.diag(c) for one in holds]
+        each = [None if (c := one.gyroscope_covariance) is None else np.diag(c) for one in holds]
         single = [one.gyroscope_scatter for one in holds]
         batches, samples = (
             np.array([unknown if v is None else v for v in values]) * seconds[:, None] / density
-            for values in (own, single)
+            for values in (each, single)
         )
         freedom = 3 * np.array([one.noise_freedom for one in holds])
         many = 3 * np.array([one.samples - 1 for one in holds])
@@ -354,16 +356,64 @@ def rest_of(
         if np.isfinite(samples).all():
             per_sample = density * [median(one) for one in samples.T]
     moved = np.maximum(growth - 1.0, 0.0) * common.mean(axis=1)
-    mean = common * np.minimum(growth, 1.0)[:, None] + moved[:, None]
+    own = common * np.minimum(growth, 1.0)[:, None]
+    swayed = np.where(swaying, _bounded(holds, matrix, own + moved[:, None], swaying), 1.0) * moved
     # carrying integrates noise: that of its own samples counts, which no slow motion changes
     end, noise = moved * (0.5 * seconds) ** 2, common.mean(axis=1) * seconds**2 / 3.0
     known = np.array([one.gyroscope_turn is not None for one in holds])
     # where the device sways the samples show more than noise; NaN where no noise is known
     sways = swaying | turned & followed
     carried = known & (end > np.where(sways, noise, noise * alone))
-    end = np.where(carried, np.minimum(noise, end), turned * end)
+    # carrying leaves out the order of turns, half the cross product of two small angles
+    end = np.where(carried, np.minimum(noise, end) + 0.5 * end**2, turned * end)
     tilt = np.where(carried, tilt, np.inf)
+    mean = own + swayed[:, None]
     return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample), tilt)
+
+
+def _quiet(holds: Sequence[Hold], otherwise: FloatArray) -> FloatArray:
+    """Variance × time of the gyroscope at its quietest frequencies, reading units² s, (3,)."""
+    known = [h.gyroscope_quiet * (h.end - h.start) for h in holds if h.gyroscope_quiet is not None]
+    return np.asarray(np.mean(known, axis=0)) if known else otherwise
+
+
+def _bounded(
+    holds: Sequence[Hold], matrix: FloatArray, variance: FloatArray, swaying: BoolArray
+) -> float:
+    """Scatter of the mean rates of holds that sway over what their low frequencies foretell.
+
+    A sway is bounded: it has less power at the frequency zero, which the mean shows, than at those
+    above. What differs from hold to hold beside it makes the share larger, at most one.
+
+    Args:
+        holds: all of them.
+        matrix: M.
+        variance: of each mean, (rad/s)², shape (h, 3).
+        swaying: those that count, shape (h,).
+    """
+    rows = [k for k in np.flatnonzero(swaying).tolist() if has_rate(holds[k])]
+    freedom = 3 * (len(rows) - 1)
+    if freedom < 1 or not (variance[rows] > 0.0).all():
+        return 1.0
+    rates = np.array([holds[k].gyroscope for k in rows], np.float64) @ matrix.T
+    weight = 1.0 / variance[rows]
+    away = rates - (weight * rates).sum(axis=0) / weight.sum(axis=0)
+    return min(float((weight * away**2).sum()) / freedom, 1.0)
+
+
+def _held(holds: Sequence[Hold]) -> bool:
+    """Whether the gyroscope turns in most holds far more than its noise at other frequencies."""
+    shares = []
+    for hold in holds:
+        turned, quiet = hold.gyroscope_turn, hold.gyroscope_quiet
+        if (
+            turned is not None
+            and quiet is not None
+            and (known := quiet > NO_NOISE * quiet.max()).any()
+        ):
+            made = quiet[known] * (hold.end - hold.start) ** 2 / 12.0
+            shares.append(float((turned[known] ** 2 / made).mean()))
+    return bool(shares) and median(shares) > TURNING
 
 
 def _tilt(

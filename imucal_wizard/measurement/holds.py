@@ -20,7 +20,6 @@ from imucal_wizard.core.limits.stillness import (
     MAX_SLOW_TO_FAST,
     MAX_SWAY,
     MAX_TRIMMED_BLOCKS,
-    MIN_BLOCKS_TO_FOLLOW,
     MIN_BLOCKS_TO_TRIM,
     MIN_HOLD_SECONDS,
     MIN_SETTLING,
@@ -36,7 +35,12 @@ from imucal_wizard.core.limits.stillness import (
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows, true_on_all_axes
+from imucal_wizard.core.statistics import (
+    SIGMA_PER_MEDIAN,
+    complement,
+    median_of_rows,
+    true_on_all_axes,
+)
 from imucal_wizard.measurement.blocks import Blocks, join_blocks
 from imucal_wizard.measurement.rounding import rounding_noise, rounding_variance
 from imucal_wizard.measurement.stillness import Windows, join_windows
@@ -64,11 +68,11 @@ class Hold:
         gyroscope_turn: integral of the gyroscope's reading less its mean from each moment of the
             hold to the end, averaged over the hold, reading × s, shape (3,), or None. With the mean
             it gives how far a swaying device turned from its mean direction to that at the end.
-        gyroscope_fast: variance of the gyroscope's mean if its noise at all frequencies were that
-            of the fastest changes between blocks, shape (3,), or None: a hand sways more slowly.
+        gyroscope_quiet: variance of the gyroscope's mean if its noise at all frequencies were that
+            of those at which the device moves least, shape (3,), or None where it is not known.
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope less its
             mean, and of the mean time, by low frequencies, shape (7, 7), or None: both sensors show
-            how a device sways. With it there is ``gyroscope_fast``, too.
+            how a device sways.
     """
 
     start: float
@@ -85,7 +89,7 @@ class Hold:
     gyroscope_scatter: FloatArray | None = None
     noise_freedom: int = 2 * NOISE_FREQUENCIES
     gyroscope_turn: FloatArray | None = None
-    gyroscope_fast: FloatArray | None = None
+    gyroscope_quiet: FloatArray | None = None
     sway: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
@@ -173,9 +177,7 @@ def hold_from(blocks: Blocks) -> Hold:
     elapsed = (np.arange(len(blocks)) + 0.5) / len(blocks)
     turn = elapsed @ (blocks.mean - mean) + blocks.moment.mean(axis=0)
     turn *= (blocks.end[-1] - blocks.start[0]) / len(blocks)
-    followed = turning and len(blocks) >= MIN_BLOCKS_TO_FOLLOW
-    if followed:
-        followed = bool(np.isfinite(blocks.mean[:, 3:]).all())
+    followed = turning and bool(np.isfinite(blocks.mean[:, 3:]).all())
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -189,26 +191,26 @@ def hold_from(blocks: Blocks) -> Hold:
         gyroscope_scatter=scatter[3:] if turning else None,
         noise_freedom=freedom,
         gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
-        gyroscope_fast=_fast_variance(blocks.mean[:, 3:]) if followed else None,
         sway=_sway(blocks) if followed else None,
     )
 
 
-def _fast_variance(means: FloatArray) -> FloatArray:
-    """Variance of the mean of block means (m, k) by their fifth differences, shape (k,).
+def _turned(blocks: Blocks, seconds: float) -> tuple[FloatArray, FloatArray]:
+    """Mean rate of each block less that of all, and the mean in it of its integral, (m, 3) each.
 
-    These show 4 to 5 Hz: a hand sways more slowly and trembles faster, at 8 to 12 Hz.
+    Args:
+        blocks: consecutive ones.
+        seconds: length of one.
     """
-    fifth = np.diff(means, 5, axis=0)
-    return np.asarray((fifth**2).mean(axis=0) / (252.0 * len(means)))
+    rate = blocks.mean[:, 3:] - blocks.mean[:, 3:].mean(axis=0)
+    # the mean of an integral over a block falls with the moment of what is integrated
+    return rate, seconds * (np.add.accumulate(rate, axis=0) - 0.5 * rate - blocks.moment[:, 3:])
 
 
 def _sway(blocks: Blocks) -> FloatArray:
     """See ``Hold``."""
     count, seconds = len(blocks), (blocks.end[-1] - blocks.start[0]) / len(blocks)
-    rate = blocks.mean[:, 3:] - blocks.mean[:, 3:].mean(axis=0)
-    # the mean of an integral over a block falls with the moment of what is integrated
-    angle = seconds * (np.add.accumulate(rate, axis=0) - 0.5 * rate - blocks.moment[:, 3:])
+    rate, angle = _turned(blocks, seconds)
     elapsed = seconds * (np.arange(count)[:, None] + 0.5)
     over = np.hstack(
         [blocks.moment[:, :3], seconds / 12.0 * rate, np.full((count, 1), seconds / 12.0)]
@@ -347,7 +349,7 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     noise = np.maximum(noise, np.maximum(scatter / (first - 2), slow / 2.0))
     if not float(size[best] ** 2 @ (1.0 / noise)) > MIN_SETTLING:
         return blocks
-    if blocks.turning and _turns(blocks, first, shapes):
+    if blocks.turning and _turns(blocks.select(slice(0, first)), fading[:first]):
         return blocks
     least = min(len(blocks), max(round(MIN_HOLD_SECONDS / seconds), MIN_BLOCKS_TO_TRIM))
     kept = np.arange(len(blocks), least - 1, -1)
@@ -359,17 +361,28 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     return replace(blocks, mean=corrected, moment=moment).select(slice(begin, len(blocks)))
 
 
-def _turns(blocks: Blocks, first: int, shapes: FloatArray) -> bool:
-    """Whether the rates of the first blocks have the shapes (k, first), too.
+def _turns(blocks: Blocks, fading: FloatArray) -> bool:
+    """Whether the accelerometer moves as the gyroscope turns rather than by an exponential.
 
-    Then the device turns, and no sensor settles.
+    Then the device turns, and no sensor settles. An even turn, which the gyroscope's bias looks
+    like and either explains in part, is left out. By chance each parameter explains as much as one
+    reading has noise: the exponential has three amplitudes, the turn the gyroscope's unit.
+
+    Args:
+        blocks: the first ones of a hold.
+        fading: the exponential, shape (m,).
     """
-    rates = blocks.mean[:first, 3:]
-    # white noise of the samples, less what a block averages of a tremor
-    noise = np.maximum(blocks.variance[:first, 3:].mean(axis=0) / blocks.size, 1e-300)
-    noise = noise * min(1.0, float((_fast_variance(rates) * first / noise).mean()))
-    size = shapes @ (rates - rates[-1])
-    return bool((size**2 > MIN_SETTLING * noise).any())
+    force = blocks.mean_a
+    # a body that turns by φ sees up move by up × φ
+    moved = np.cross(force.mean(axis=0), _turned(blocks, 1.0)[1])
+    if not np.isfinite(moved).all():
+        return False
+    uneven = complement(np.column_stack([np.ones(len(blocks)), np.arange(len(blocks))])).T
+    read, moved, fades = uneven @ force, uneven @ moved, uneven @ fading
+    by_turn = float((read * moved).sum()) ** 2 / max(float((moved * moved).sum()), 1e-300)
+    by_exponential = float(((fades @ read) ** 2).sum()) / float(fades @ fades)
+    noise = float((read * read).sum()) - max(by_turn, by_exponential)
+    return by_turn + 2.0 * noise / (read.size - 3) > by_exponential
 
 
 @lru_cache(maxsize=64)

@@ -61,7 +61,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
         gyroscope_scatter: the same of the gyroscope.
         gyroscope_turn: how far the gyroscope turned from the mean direction to that at the end,
             beyond its mean reading, reading × s, or None.
-        gyroscope_fast: variance of the gyroscope's mean by its fastest changes, or None.
+        gyroscope_quiet: variance of the gyroscope's mean by its quietest frequencies, or None.
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope and of
             the mean time, 7×7, or None.
         hand_held: taken on the operator's command although the device was not still.
@@ -84,7 +84,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     accelerometer_scatter: list[float] | None = None
     gyroscope_scatter: list[float] | None = None
     gyroscope_turn: list[float] | None = None
-    gyroscope_fast: list[float] | None = None
+    gyroscope_quiet: list[float] | None = None
     sway: list[list[float]] | None = None
     hand_held: bool = False
 
@@ -105,7 +105,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             gyroscope_scatter=_array(self.gyroscope_scatter),
             noise_freedom=self.noise_freedom,
             gyroscope_turn=_array(self.gyroscope_turn),
-            gyroscope_fast=_array(self.gyroscope_fast),
+            gyroscope_quiet=_array(self.gyroscope_quiet),
             sway=_array(self.sway),
         )
 
@@ -261,7 +261,7 @@ def wrong_measurements(
     for hold in holds:
         which = f"the hold at {hold.start:g} s"
         spreads = hold.accelerometer_covariance, hold.gyroscope_covariance
-        scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_fast
+        scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_quiet
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
         vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
         if any(one is not None and len(one) != 3 for one in vectors):
@@ -339,7 +339,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             accelerometer_scatter=_listed(hold.accelerometer_scatter),
             gyroscope_scatter=_listed(hold.gyroscope_scatter),
             gyroscope_turn=_listed(hold.gyroscope_turn),
-            gyroscope_fast=_listed(hold.gyroscope_fast),
+            gyroscope_quiet=_listed(hold.gyroscope_quiet),
             sway=_listed(hold.sway),
             hand_held=hold.hand_held,
         )

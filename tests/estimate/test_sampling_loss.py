@@ -6,11 +6,12 @@ import pytest
 from benchmarks.tremor import HANDS, compared, found
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.sampling_loss import sampling_loss
+from imucal_wizard.estimate.sampling_loss import AtRest, sampling_loss
 
 STEP, FINER = 0.01, 32
 NOISE = 1e-8
 """Variance × time of a sample's noise, rad²/s."""
+CALM = AtRest(NOISE, NOISE, NOISE)
 
 
 def _shaken(fall: float, rng: np.random.Generator) -> FloatArray:
@@ -34,7 +35,7 @@ def test_it_is_what_the_sum_of_samples_lacks(fall: float) -> None:
            for few, all_of_it in zip(sampled, whole, strict=True)]  # fmt: skip
     time = STEP * np.arange(300.0)
     samples = rotation_samples([time] * 60, sampled)
-    loss = sampling_loss(samples, samples.reading, np.zeros(3))
+    loss = sampling_loss(samples, samples.reading, AtRest(0.0, 0.0, 0.0))
     assert 3.0 * loss == pytest.approx(np.mean(np.square(off)), rel=0.35)
 
 
@@ -44,7 +45,27 @@ def test_noise_of_the_samples_is_no_tremor() -> None:
     for _ in range(20):
         rates = [np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3)) for _ in range(20)]
         samples = rotation_samples([time] * 20, rates)
-        assert sampling_loss(samples, samples.reading, np.full(3, NOISE)) < 0.1 * NOISE
+        assert sampling_loss(samples, samples.reading, CALM) < 0.1 * NOISE
+
+
+def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
+    """A spectrum that ends below f, with all its power around f/2: no fall from there shows that.
+
+    At rest the tremor is as strong and the noise at low frequencies has hardly grown.
+    """
+    rng, time = np.random.default_rng(6), STEP * np.arange(300.0)
+    rates = []
+    for _ in range(20):
+        frequency, phase = rng.uniform([40.0, 0.0], [50.0, 2.0 * np.pi], (8, 2)).T
+        waves = np.sin(2.0 * np.pi * np.outer(time, frequency) + phase)
+        noise = np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3))
+        rates.append(noise + 1e-2 * waves.sum(axis=1)[:, None])
+    samples = rotation_samples([time] * 20, rates)
+    calm = sampling_loss(samples, samples.reading, CALM)
+    half = 8.0 * 0.5e-4 / (2.0 * 10.0)
+    trembling = sampling_loss(samples, samples.reading, AtRest(NOISE, 0.7 * half, NOISE))
+    assert calm > 100.0 * NOISE
+    assert trembling < NOISE
 
 
 def test_the_report_says_what_to_do() -> None:

@@ -18,8 +18,6 @@ of half a second scatters by a third of itself at the lowest rates, a motion exc
 HISTORY_BLOCKS = 50
 """Blocks that a stream keeps before a rest is found (five seconds): with strict limits the rest
 began before its windows met them."""
-MIN_BLOCKS_TO_FOLLOW = 8
-"""Blocks needed to follow how a device sways in a hold."""
 GUARD_BLOCKS = 1
 """Blocks dropped at each end of a hold, where the device may already move."""
 NOISE_FREQUENCIES = 2

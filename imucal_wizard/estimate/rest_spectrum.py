@@ -1,0 +1,148 @@
+"""The spectrum of a gyroscope at rest: its own noise apart from a hand's motion, and its filter.
+
+A hand sways below 2 Hz and trembles somewhere between 4 and 12 Hz, each with far more power than
+the noise of a gyroscope, which is white. So its noise is the power of the bands in which the device
+moves least. A low-pass filter in the sensor lessens the noise above its corner: the fall of the
+power from f/4 to f/2 shows it (f: sampling rate), and bands above the corner do not count.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.noise import pooled
+from imucal_wizard.measurement.holds import Hold
+
+HALF, QUARTER = (0.45, 0.5), (0.225, 0.275)
+"""Bands below f/2 and around f/4, in units of f."""
+BAND = 1.0
+"""Width of the bands that are compared, Hz: what a hold of a second resolves."""
+HIGHEST = 25.0
+"""Hz, twice as fast as a hand trembles; a gyroscope is seldom filtered below."""
+LOWEST_CORNER = 5.0
+"""Hz, the lowest filter of usual gyroscopes; below it bands count in any case."""
+CORNERS = np.geomspace(0.08, 2.0, 60)
+"""Corners of filters that are tried, in units of f."""
+IMAGES = np.arange(-15, 16)
+"""Multiples of f from which power is folded back."""
+MIN_SPECTRUM_SAMPLES = 16
+"""Of a hold or rotation, for a spectrum with something in each band."""
+ENOUGH_AT_REST = 500_000
+"""Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
+BAND_FREEDOM = 4
+"""Degrees of freedom of the power in a band on each axis, in a hold of three seconds."""
+CLEAR = 3.0
+"""Standard errors by which power exceeds the noise if it is more than noise."""
+
+
+@dataclass(frozen=True, eq=False)
+class RestSpectrum:
+    """Power density on each axis, reading units² s, shape (3,) each.
+
+    Attributes:
+        quiet: where the device moves least, below the corner of a filter.
+        half: around f/2.
+        quarter: around f/4.
+        count: independent values at f/2.
+    """
+
+    quiet: FloatArray
+    half: FloatArray
+    quarter: FloatArray
+    count: float
+
+
+def with_quiet_noise(holds: Sequence[Hold], readings: Readings | None) -> list[Hold]:
+    """The holds with the gyroscope's noise by its quietest frequencies.
+
+    Args:
+        holds: still periods.
+        readings: what they were found in, where it is at hand.
+    """
+    series = None if readings is None else readings.gyroscope
+    found = None if series is None else rest_spectrum(series, holds)
+    if found is None:
+        return list(holds)
+    return [
+        one
+        if one.gyroscope is None
+        else replace(one, gyroscope_quiet=found.quiet / (one.end - one.start))
+        for one in holds
+    ]
+
+
+def rest_spectrum(series: Series, holds: Sequence[Hold]) -> RestSpectrum | None:
+    """The spectrum of the readings in holds; None where these are too short.
+
+    Args:
+        series: readings of the gyroscope.
+        holds: still periods.
+    """
+    levels, ends, counts, seen = [], [], [], 0
+    edges = BAND * np.arange(1.0, max(int(min(series.rate / 4.0, HIGHEST) / BAND), 2) + 1.0)
+    for hold in holds:
+        own = hold.readings(series)
+        if seen > ENOUGH_AT_REST:
+            break
+        if len(own) < MIN_SPECTRUM_SAMPLES or not np.isfinite(own.values).all():
+            continue
+        seen += len(own)
+        # Hann's window keeps a sway out of the bands far from it
+        window = np.sin(np.pi * (np.arange(len(own)) + 0.5) / len(own)) ** 2
+        values = window[:, None] * (own.values - own.values.mean(axis=0))
+        density = np.abs(np.fft.rfft(values, axis=0)) ** 2 / float(window @ window) / own.rate
+        share = np.fft.rfftfreq(len(own))
+        inside = [density[(low <= share) & (share <= high)] for low, high in (HALF, QUARTER)]
+        ends.append([one.sum(axis=0) for one in inside])
+        counts.append([len(one) for one in inside])
+        first = np.searchsorted(share * own.rate, edges)
+        if (np.diff(first) > 0).all():
+            sums = np.add.reduceat(density[: first[-1]], first[:-1])
+            levels.append(sums / np.diff(first)[:, None])
+    if not levels:
+        return None
+    many = np.maximum(np.sum(counts, axis=0), 1)
+    half, quarter = np.sum(ends, axis=0) / many[:, None]
+    # of three axes; Hann's window joins neighbouring values
+    count = 1.5 * float(many[0])
+    corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate
+    known = edges[1:] <= max(corner, LOWEST_CORNER)
+    return RestSpectrum(_quietest(np.array(levels)[:, known]), half, quarter, count)
+
+
+def _quietest(levels: FloatArray) -> FloatArray:
+    """Power in the bands of least motion, shape (3,), from that in holds, (h, bands, 3)."""
+    # the median over the holds leaves out those that something moved
+    usual = np.array([[pooled(axis, BAND_FREEDOM) for axis in band.T]
+                      for band in np.moveaxis(levels, 1, 0)])  # fmt: skip
+    whole = usual.sum(axis=1)
+    # the variance of a median is π/2 times that of a mean
+    doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * BAND_FREEDOM * len(levels)))
+    return np.asarray(usual[whole <= whole.min() * (1.0 + CLEAR * doubt)].mean(axis=0))
+
+
+def filter_corner(half: float, quarter: float, count: float) -> float:
+    """Corner of the filter by which noise falls as it does, in units of f; ∞ if it hardly falls.
+
+    Args:
+        half: power of the noise around f/2.
+        quarter: around f/4.
+        count: independent values of the first.
+    """
+    if half >= quarter * (1.0 - CLEAR / np.sqrt(max(count, 1.0))):
+        return np.inf
+    falls = np.array(
+        [
+            passed(np.abs(0.475 + IMAGES), one).sum() / passed(np.abs(0.25 + IMAGES), one).sum()
+            for one in CORNERS
+        ]
+    )
+    return float(np.interp(half / quarter, falls, CORNERS))
+
+
+def passed(frequency: FloatArray, corner: float) -> FloatArray:
+    """Share of the power that a usual digital output filter passes."""
+    return np.asarray(1.0 / (1.0 + (frequency / corner) ** 4))

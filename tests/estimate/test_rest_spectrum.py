@@ -1,0 +1,71 @@
+"""A gyroscope's own noise in holds of a hand that sways and trembles."""
+
+import numpy as np
+import pytest
+from scipy.signal import butter, sosfilt
+
+from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum
+from imucal_wizard.measurement.holds import Hold
+
+NOISE = 1e-4
+"""White noise, rad/s/√Hz, two-sided."""
+HOLDS, SECONDS = 25, 3.2
+
+
+def _moving(time: FloatArray, tremor: tuple[float, float], rng: np.random.Generator) -> FloatArray:
+    """A sway of 1 °/s below 1 Hz and a tremor of 5 °/s between two frequencies, rad/s, (n, 3)."""
+    rate = np.zeros((len(time), 3))
+    for size, (low, high) in ((1.0, (0.1, 1.0)), (5.0, tremor)):
+        for frequency, phase in rng.uniform([low, 0.0], [high, 2.0 * np.pi], (8, 2)):
+            wave = np.sin(2.0 * np.pi * frequency * time[:, None] + phase + np.arange(3.0))
+            rate += np.radians(size) / 2.0 * wave
+    return rate
+
+
+def _holds(rate: float) -> list[Hold]:
+    bare = np.zeros(3), np.eye(3), np.zeros(3), np.eye(3)
+    return [Hold(4.0 * k, 4.0 * k + SECONDS, *bare, round(SECONDS * rate)) for k in range(HOLDS)]
+
+
+@pytest.mark.parametrize(
+    ("rate", "tremor"),
+    [
+        (25.0, (8.0, 12.0)),
+        (25.0, (5.0, 8.0)),
+        (50.0, (9.0, 11.0)),
+        (100.0, (4.0, 7.0)),
+        (100.0, (8.0, 12.0)),
+        (400.0, (6.0, 10.0)),
+        (1600.0, (8.0, 12.0)),
+    ],
+)
+def test_noise_is_told_from_sway_and_tremor_a_hundred_thousand_times_as_strong(
+    rate: float, tremor: tuple[float, float]
+) -> None:
+    """White noise of three sizes on the axes, each to a half: two bands of 25 holds."""
+    rng = np.random.default_rng(4)
+    time = np.arange(round(4.0 * HOLDS * rate)) / rate
+    sizes = NOISE * np.array([0.7, 1.0, 1.5])
+    noise = sizes * np.sqrt(rate) * rng.standard_normal((len(time), 3))
+    found = rest_spectrum(Series(time, _moving(time, tremor, rng) + noise, "rad/s"), _holds(rate))
+    assert found is not None
+    np.testing.assert_allclose(found.quiet, sizes**2, rtol=0.5)
+
+
+@pytest.mark.parametrize("corner", [7.0, 10.0, 20.0])
+def test_a_filter_hides_no_noise(corner: float) -> None:
+    """100 samples/s after a filter, which takes half of the noise at its corner, more above."""
+    rng = np.random.default_rng(5)
+    time = np.arange(round(4.0 * HOLDS * 1000.0)) / 1000.0
+    noise = NOISE * np.sqrt(1000.0) * rng.standard_normal((len(time), 3))
+    moving = _moving(time, (8.0, 12.0), rng)
+    passed = sosfilt(butter(2, corner / 500.0, output="sos"), moving + noise, axis=0)
+    found = rest_spectrum(Series(time[::10], passed[::10], "rad/s"), _holds(100.0))
+    assert found is not None
+    assert 0.4 < found.quiet.mean() / NOISE**2 < 1.3
+
+
+def test_holds_of_a_few_samples_have_no_spectrum() -> None:
+    time = np.arange(400.0) / 4.0
+    assert rest_spectrum(Series(time, np.zeros((400, 3)), "rad/s"), _holds(4.0)) is None
