@@ -158,7 +158,7 @@ def test_the_next_session_may_have_slow_errors_although_this_one_shows_none() ->
     rng, spans, ones = np.random.default_rng(4), _regular(60), np.ones((60, 1))
     left = rng.standard_normal(60)
     left -= left.mean()
-    fitted = Fitted(left, ones, np.ones(60), np.ones((60, 60)), ones.T / 60.0, np.ones(60))
+    fitted = Fitted(left, ones, np.ones(60), np.ones((60, 60)), ones.T / 60.0)
     found = estimate_slow_errors(spans, [fitted], False)
     assert found is not None
     halves, turns = np.repeat([1.0, -1.0], 30), np.tile([1.0, -1.0], 30)
