@@ -16,13 +16,13 @@ search begins, and noise and other effects then resemble it differently.
 
 import math
 from collections.abc import Callable
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import normal_below
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 
@@ -295,5 +295,6 @@ def _least_kept(shares: FloatArray, left_out: float) -> float:
 def _stratified(rng: np.random.Generator, shape: tuple[int, int]) -> FloatArray:
     """Normal deviates, in each column one in each of as many equally likely ranges."""
     count, width = shape
-    deviates = np.array([NormalDist().inv_cdf((k + 0.5) / count) for k in range(count)])
+    grid = np.linspace(-5.0, 5.0, 10_001)
+    deviates = np.interp((np.arange(count) + 0.5) / count, normal_below(grid), grid)
     return np.asarray(rng.permuted(np.tile(deviates[:, None], (1, width)), axis=0))
