@@ -4,9 +4,10 @@ N's figure 7 is the truth of a simulated sensor (the tests' own simulator, which
 with the fit): the six circles of N's VI-A by hand, the MAG3110's noise at 80 samples a second, its
 0.1 µT counts or ten to fourteen bits over ±1000 µT. ``intervals [runs [seed [rows]]]`` prints the
 first table alone: the share of recordings in which the 95 % interval of each parameter holds the
-truth, of circles, tumbling and 18 to 52 still poses, under white noise, noise that differs from one
-second of five to the next, an offset of each pose (of each five seconds in motion) such as a room
-makes, a field whose strength drifts, and a bias that wanders (its truth is its mean over the
+truth, of circles, tumbling and 18 to 52 still poses, with turns between them and without, under
+white noise, noise that differs from one second of five to the next, an offset of each pose (of each
+five seconds in motion) such as a room makes, which goes over into the next one in a turn, a field
+whose strength drifts, and a bias that wanders (its truth is its mean over the
 session); the rms error over the Cramér–Rao bound of all samples with known variances; the share of
 90 % intervals of the error held out that hold the rms error of six new recordings of the same
 motion (wanted: 87 to 93 %), which ``-`` in place of them leaves out; and the share of reports that
@@ -362,7 +363,7 @@ def coverage(runs: int, seed: int, only: str = "", fresh: str = "") -> None:
     print(f"\n{runs} recordings each, seed {seed}, truth: N's figure 7")
     print(f"per cent of 95 % intervals that hold the truth, each ± {doubt:.1f}; wanted: 93 to 97")
     names = "".join(f"{name.replace('soft_iron', 'iron'):>9}" for name in TRUE)
-    print(f"{'':50}{names}{'rms':>8}{'bound':>8}{'held out':>9}{'unknown':>8}")
+    print(f"{'':64}{names}{'rms':>8}{'bound':>8}{'held out':>9}{'unknown':>8}")
     for name, motion in MOTIONS.items():
         for kind, noise in NOISES.items():
             for bits, step in STEPS.items():
@@ -376,7 +377,7 @@ def coverage(runs: int, seed: int, only: str = "", fresh: str = "") -> None:
                     known = f"{ratio:8.2f}" if told else f"{'–':>8}"
                     cells = "".join(f"{100.0 * one:9.1f}" for one in shares)
                     said = f"{rms:8.2f}{known}{100.0 * foretold:9.1f}{100.0 * unknown:8.1f}"
-                    print(f"{label:50}{cells}{said}", flush=True)
+                    print(f"{label:64}{cells}{said}", flush=True)
 
 
 def timing() -> str:
