@@ -8,7 +8,14 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.statistics import complement
-from imucal_wizard.estimate.slow_errors import MOST_LACKING, Between, Fitted, SlowErrors, SlowKind
+from imucal_wizard.estimate.slow_errors import (
+    MIN_DETERMINED,
+    MOST_LACKING,
+    Between,
+    Fitted,
+    SlowErrors,
+    SlowKind,
+)
 from imucal_wizard.estimate.slow_kernels import (
     Kernel,
     about_the_mean,
@@ -181,14 +188,16 @@ def _kinds(
 def _of_rests(moved: FloatArray, still: BoolArray) -> FloatArray:
     """Which share of what the place of each rest does is in each span, shape (n, r).
 
-    On its way the device passes steadily from the place of one rest to that of the next.
+    On its way the device passes steadily from the place of one rest to that of the next. Nothing is
+    known of where it is before the first rest and after the last.
 
     Args:
         moved: how long the device had moved in the middle of each span, s, shape (n,).
         still: which of them were measured at rest, shape (n,).
     """
     rests = np.unique(moved[still])
-    return np.array([np.interp(moved, rests, one) for one in np.eye(len(rests))]).T
+    each = [np.interp(moved, rests, one, left=0.0, right=0.0) for one in np.eye(len(rests))]
+    return np.array(each).T
 
 
 def _moved(spans: FloatArray, still: BoolArray) -> FloatArray:
@@ -228,7 +237,8 @@ def _explained(
     freedom, parts = across.shape[1], np.append(0.0, PARTS)
     values, vectors = np.linalg.eigh(across.T @ slow @ across)
     values = np.maximum(values, 0.0)
-    shown = bool(values.any())  # spans without an order in time show nothing
+    # what the fit takes up whole shows nothing, nor do spans without an order in time
+    shown = float(values.sum()) > MIN_DETERMINED * float(np.trace(slow))
     size = float(values.mean()) if shown else 1.0
     square = (vectors.T @ (across.T @ errors)) ** 2
     variance = 1.0 + np.outer(parts, values / size)

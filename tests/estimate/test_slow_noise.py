@@ -267,6 +267,19 @@ def test_between_two_rests_the_one_place_goes_over_into_the_other() -> None:
     assert on_the_way[5] == pytest.approx(on_the_way[0][::-1])
 
 
+def test_slow_errors_that_the_fit_takes_up_whole_are_of_no_size() -> None:
+    """A place that acts on all spans alike is the bias: no residual shows how large it is."""
+    rng, spans, ones = np.random.default_rng(6), _regular(12), np.ones((12, 1))
+    left = rng.standard_normal(12)
+    left -= left.mean()
+    one = Fitted(left, ones, np.ones(12), np.ones((12, 12)), ones.T / 12.0, np.ones(12))
+    still = np.zeros(12, bool)
+    still[0] = True
+    slow = estimate_slow_errors(spans, [replace(one, still=still)], measured=False)
+    assert slow is not None
+    assert np.sqrt(slow.covariance([one])[0, 0]) < 3.0 * left.std()
+
+
 def test_a_long_rest_tells_how_much_of_the_scatter_of_rests_is_slow() -> None:
     """The same holds and rotations, by a long rest that wanders as they scatter or does not."""
     device = next(one for one in DEVICES if "2 min rest" in one.name)
