@@ -238,7 +238,7 @@ def _explained(
     values, vectors = np.linalg.eigh(across.T @ slow @ across)
     values = np.maximum(values, 0.0)
     # what the fit takes up whole shows nothing, nor do spans without an order in time
-    shown = float(values.sum()) > MIN_DETERMINED * float(np.trace(slow))
+    shown = float(values.sum()) > MIN_DETERMINED * float(np.abs(np.diag(slow)).sum())
     size = float(values.mean()) if shown else 1.0
     square = (vectors.T @ (across.T @ errors)) ** 2
     variance = 1.0 + np.outer(parts, values / size)
