@@ -33,6 +33,7 @@ from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.dates import iso_now
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.input import is_file
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import (
     GRAVITY_ON_EARTH,
@@ -170,7 +171,7 @@ class Recording:
     @cached_property
     def fingerprint(self) -> str | None:
         """Of what was recorded; None where it can be read only once, as from a pipe."""
-        if not all(path.is_file() for path in self.paths):
+        if not all(is_file(path) for path in self.paths):
             return None
         from imucal_wizard.acquire.files.session_salvage import fingerprint  # SQLite
 

@@ -12,6 +12,7 @@ from imucal_wizard.acquire.files import SUFFIX, RecordingOptions
 from imucal_wizard.core.dates import iso_date, seconds_of
 from imucal_wizard.core.description import Description, Location
 from imucal_wizard.core.errors import UsageError
+from imucal_wizard.core.input import is_file
 from imucal_wizard.core.output import (
     cause_of,
     note,
@@ -390,8 +391,11 @@ def add_sessions(parser: "argparse._ActionsContainer") -> None:
 def _folder(text: str) -> Path:
     """The type of an option for a folder, which need not exist."""
     path = Path(text)
-    if path.exists() and not path.is_dir():
-        raise argparse.ArgumentTypeError(f"{text} is a file; give a folder")
+    try:
+        if path.exists() and not path.is_dir():
+            raise argparse.ArgumentTypeError(f"{text} is a file; give a folder")
+    except OSError as error:  # a name too long
+        raise argparse.ArgumentTypeError(f"{text}: {cause_of(error)}; give another name") from error
     return path
 
 
@@ -405,11 +409,11 @@ def sessions_folder(arguments: argparse.Namespace) -> Path:
 
 def kept_session(name: Path | None, arguments: argparse.Namespace) -> Path | None:
     """A session by its path, or by the name that ``sessions`` lists."""
-    if name is None or name.exists() or name.name != str(name):
+    if name is None or is_file(name) or name.name != str(name):
         return name
     folder = sessions_folder(arguments)
     beside = (folder / name, folder / f"{name}{SUFFIX}")
-    return next((path for path in beside if path.is_file()), name)
+    return next((path for path in beside if is_file(path)), name)
 
 
 def add_limits(parser: "argparse._ActionsContainer") -> None:

@@ -25,6 +25,22 @@ _PIECE = 1 << 20
 _GZIP = b"\x1f\x8b"
 
 
+def is_file(path: Path) -> bool:
+    """Whether there is a file; not if its name is too long or its folder may not be entered."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
+def is_port(path: Path) -> bool:
+    """Whether a path is a character device; not if it is no possible name."""
+    try:
+        return path.is_char_device()
+    except (OSError, ValueError):
+        return False
+
+
 def read_document(path: Path) -> bytes:
     """The content of a small file, see ``read_bounded``.
 

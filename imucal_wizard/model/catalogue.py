@@ -19,7 +19,7 @@ from typing import TypeVar, get_args
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.input import others_may_write
+from imucal_wizard.core.input import is_file, others_may_write
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import effects
 from imucal_wizard.model.effect import (
@@ -188,7 +188,7 @@ def guarded(path: Path, work: Callable[[], _T]) -> _T:
 
 def _run(path: Path, announce: Callable[[str], None] | None) -> ModuleType:
     """Run the code of a file, which nobody else may have written."""
-    if not path.is_file():
+    if not is_file(path):
         raise UsageError(f"{path}: no Python file there; give a file that ends in .py")
     try:
         with path.open("rb") as file:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from imucal_wizard.core.errors import PlaceError, RecordingError, SessionError, UsageError
+from imucal_wizard.core.input import is_file
 from imucal_wizard.core.output import note, say
 from imucal_wizard.tui.app import SIGNALLED, BaseApp, WizardApp
 from imucal_wizard.tui.options import AppSettings, WizardOptions
@@ -149,9 +150,9 @@ def _check(options: WizardOptions) -> None:
             "the wizard needs a terminal; for a recording without one: imucal-wizard fit FILE"
         )
     for path in options.replay:
-        if not path.is_file():
+        if not is_file(path):
             raise RecordingError(f"there is no file {path}; check the path")
-    if options.resume is not None and not options.resume.is_file():
+    if options.resume is not None and not is_file(options.resume):
         raise SessionError(f"there is no session {options.resume}; check the path")
     _check_stream(options)
     if options.hidden:

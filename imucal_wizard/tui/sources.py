@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from imucal_wizard.acquire.files import SUFFIX
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import RecordingError, SessionError, SessionTakenError, UsageError
+from imucal_wizard.core.input import is_file
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.tui.options import WizardOptions
@@ -357,7 +358,7 @@ class SourceOpener:
         from imucal_wizard.run.session_replay import resume_session
         from imucal_wizard.sessions.session_list import session_info
 
-        if not path.is_file():
+        if not is_file(path):
             raise SessionError(f"there is no session {path}; give the path of an .imucal file")
         resumed = resume_session(path, self._planner_of)
         self.session = path
@@ -405,7 +406,7 @@ class SourceOpener:
         from imucal_wizard.acquire.files import is_session
 
         for path in paths:
-            if not path.is_file():
+            if not is_file(path):
                 raise RecordingError(f"there is no file {path}; check the path")
         if len(paths) == 1 and is_session(paths[0]):
             return self._session_player(paths[0])

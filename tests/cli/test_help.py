@@ -1,6 +1,7 @@
 """What the commands say of themselves, and of where they may write."""
 
 import argparse
+import sys
 from importlib import import_module
 from pathlib import Path
 
@@ -122,3 +123,21 @@ def test_a_folder_given_as_a_file_is_refused(
 ) -> None:
     assert cli.main(["fit", "a.csv", "--save", str(tmp_path)]) == 2
     assert "is a folder; give a file in it" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        ("fit NAME", "File name too long"),
+        ("noise NAME", "File name too long"),
+        ("recheck NAME NAME", "File name too long"),
+        ("bench recording.csv --effects NAME", "no Python file there"),
+        ("sessions --sessions NAME", "File name too long; give another name"),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="another message there")
+def test_a_name_that_no_file_can_have_is_answered_in_words(
+    command: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(command.replace("NAME", "x" * 300).split()) == 2
+    assert says in capsys.readouterr().err

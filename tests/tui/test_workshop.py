@@ -241,8 +241,11 @@ def test_what_is_not_there_is_said_in_a_sentence(tmp_path: Path) -> None:
     missing = SourceChoice(SourceKind.SESSION, str(tmp_path / "none.imucal"))
     with pytest.raises(SessionError, match="there is no session"):
         workshop.open_source(missing)
-    with pytest.raises(RecordingError, match="there is no file"):
-        workshop.open_source(replace(missing, kind=SourceKind.FILE, target="none.csv"))
+    for target in ("none.csv", "x" * 300):
+        with pytest.raises(RecordingError, match="there is no file"):
+            workshop.open_source(replace(missing, kind=SourceKind.FILE, target=target))
+    with pytest.raises(SessionError, match="there is no session"):
+        workshop.open_source(replace(missing, target="x" * 300))
 
 
 def test_the_local_field_reaches_the_fit_and_the_saved_calibration(tmp_path: Path) -> None:

@@ -6,13 +6,12 @@ through the decoders of streams.
 
 import codecs
 import re
-from contextlib import suppress
 from pathlib import Path
 
 from imucal_wizard.acquire.decode.delimited import split_fields
 from imucal_wizard.acquire.detect import binary_protocol
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.input import open_unpacked, read_bounded, readable_bytes
+from imucal_wizard.core.input import is_port, open_unpacked, read_bounded, readable_bytes
 from imucal_wizard.core.output import sanitise
 
 _EXAMINED_BYTES = 65_536
@@ -93,12 +92,11 @@ def read_bytes(path: Path) -> bytes:
     Raises:
         RecordingError: it cannot be read, is empty, too large, or not a file.
     """
-    with suppress(OSError, ValueError):
-        if path.is_char_device():
-            raise RecordingError(
-                f"{path} is a port and not a recording; open it as the source of the wizard",
-                settings=(f"port {path}",),
-            )
+    if is_port(path):
+        raise RecordingError(
+            f"{path} is a port and not a recording; open it as the source of the wizard",
+            settings=(f"port {path}",),
+        )
     data = read_bounded(path, readable_bytes(MAX_BYTES))
     if not data or data.isspace():
         raise RecordingError(f"{path} is empty; record again")

@@ -33,7 +33,7 @@ from imucal_wizard.acquire.files.recording_files import (
 )
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.core.errors import RecordingError
-from imucal_wizard.core.input import open_unpacked, unpacked
+from imucal_wizard.core.input import is_file, open_unpacked, unpacked
 from imucal_wizard.core.readings import Readings
 
 
@@ -68,7 +68,7 @@ class LongRecording:
     def _file(self) -> Iterator[Readings]:
         setup = setup_of_file(self._options, self._place)
         # a pipe can be read once only
-        whole = None if self._path.is_file() else unpacked(read_bytes(self._path), MAX_BYTES)
+        whole = None if is_file(self._path) else unpacked(read_bytes(self._path), MAX_BYTES)
         start = read_start(self._path) if whole is None else whole
         lines = start[: start.rfind(b"\n") + 1] or start
         binary = is_binary(setup.format)

@@ -16,6 +16,7 @@ from textual.widgets import Input, OptionList
 from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.core.input import is_port
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.tui.panels.preview import (
     can_be_entered,
@@ -236,7 +237,7 @@ class SourceScreen(LiveScreen):
 
     def _open_typed(self) -> None:
         typed = self.query_one(Input).value.strip()
-        port = _PORT.match(typed) or _is_device(Path(typed))
+        port = _PORT.match(typed) or is_port(Path(typed))
         kind = SourceKind.PORT if port else SourceKind.FILE
         if typed:
             self._open(SourceChoice(kind, typed, typed))
@@ -372,11 +373,3 @@ def _prompt(choice: SourceChoice) -> Content:
     """A choice in two rows, never read as markup."""
     title = Content(clean(choice.title or choice.target)).stylize("bold")
     return title + Content("\n  " + clean(choice.detail)) if choice.detail else title
-
-
-def _is_device(path: Path) -> bool:
-    """Whether a path is another name of a port."""
-    try:
-        return path.is_char_device()
-    except OSError:  # it is too long for a name, or in a folder that may not be entered
-        return False
