@@ -116,8 +116,8 @@ def rest_spectrum(series: Series, holds: Sequence[Hold]) -> RestSpectrum | None:
 def _quietest(levels: FloatArray) -> FloatArray:
     """Power in the bands of least motion, shape (3,), from that in holds, (h, bands, 3)."""
     # the median over the holds leaves out those that something moved
-    usual = np.array([[pooled(axis, BAND_FREEDOM) for axis in band.T]
-                      for band in np.moveaxis(levels, 1, 0)])  # fmt: skip
+    bands = np.moveaxis(levels, 1, 0)
+    usual = np.array([[pooled(axis, BAND_FREEDOM) for axis in band.T] for band in bands])
     whole = usual.sum(axis=1)
     # the variance of a median is π/2 times that of a mean
     doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * BAND_FREEDOM * len(levels)))
