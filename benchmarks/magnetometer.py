@@ -296,13 +296,7 @@ def intervals(
     off, over, inside, foretold, unknown = [], [], [], [], []
     for run in range(runs):
         rng = np.random.default_rng([seed, run])
-        field = make(rng)
-        stretch = stretches(field, round(seconds * rate))
-        level = noise.levels(stretch, rng)
-        step = coarse * rng.uniform(0.95, 1.05)
-        zero = step * rng.uniform(size=3)
-
-        series = _measured(field, level, noise, stretch, (step, zero), rate, rng)
+        field, stretch, level, steps, series = recording(motion, noise, coarse, rng)
         calibrated = fit_magnetometer(series)
         fit = calibrated.fit
         if fresh and fit.held_out_interval is not None:
@@ -312,12 +306,12 @@ def intervals(
                 again = stretches(other, round(seconds * rate))
                 each = level[np.flatnonzero(np.diff(stretch, prepend=-1))]
                 same = each[np.minimum(again, len(each) - 1)]
-                series = _measured(other, same, noise, again, (step, zero), rate, rng)
+                series = _measured(other, same, noise, again, steps, rate, rng)
                 left.append(_errors(calibrated, series))
             low, high = fit.held_out_interval
             foretold.append(low <= root_mean_square(np.concatenate(left)) <= high)
         found = {p.name: p for p in fit.parameters}
-        least = bound(field, np.hypot(level, step / np.sqrt(12.0)), stretch, noise.offset)
+        least = bound(field, np.hypot(level, steps[0] / np.sqrt(12.0)), stretch, noise.offset)
         away = np.array([found[name].value - TRUE[name] for name in TRUE])
         errors = np.array([found[name].standard_error or np.nan for name in TRUE])
         unknown.append(bool(fit.slow_noise_note))
@@ -327,6 +321,24 @@ def intervals(
     rms, ratio = (float(np.sqrt(np.mean(np.square(one)))) for one in (off, over))
     new = float(np.mean(foretold)) if foretold else np.nan
     return np.mean(inside, axis=0), rms, ratio, new, float(np.mean(unknown))
+
+
+def recording(
+    motion: tuple[Make, float, float], noise: Noise, coarse: float, rng: np.random.Generator
+) -> tuple[FloatArray, IntArray, FloatArray, tuple[float, FloatArray], Series]:
+    """What one sensor reads in one motion; the arguments are those of ``intervals``.
+
+    Returns:
+        Directions, stretches, noise of each sample, the converter's step with the reading that ends
+        one, and the readings.
+    """
+    make, rate, seconds = motion
+    field = make(rng)
+    stretch = stretches(field, round(seconds * rate))
+    level = noise.levels(stretch, rng)
+    step = coarse * rng.uniform(0.95, 1.05)
+    steps = step, step * rng.uniform(size=3)
+    return field, stretch, level, steps, _measured(field, level, noise, stretch, steps, rate, rng)
 
 
 def _measured(

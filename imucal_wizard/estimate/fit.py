@@ -420,14 +420,19 @@ def minimum(
         if own_noise is not None:
             return solved(system, own_noise * system.own, system.precision)
         if variance is None:
-            return balanced(system)
+            return balanced(system, kept if kept.any() else None)
         return solved(system, variance, system.precision)
 
+    kept = dropped = had = np.zeros(1, bool)
     for _ in range(MAX_ITERATIONS):
         with np.errstate(over="ignore", invalid="ignore"):  # a fit that diverges is refused below
             system = problem.system(calibration, rows)
             balance = solve(system)
             calibration, rows = problem.downhill(calibration, rows, system, balance)
+        # at the limit of the test for an excess, the fit with it and that without it can each lead
+        # to the other: what has an excess, has none and has it again keeps it
+        has = balance.variance > system.own
+        kept, dropped, had = kept | (dropped & has), dropped | (had & ~has), has
         length = balance.step_length
         if not np.isfinite(calibration.entries).all():
             length = np.inf

@@ -14,7 +14,7 @@ make rows of unequal noise weigh nearly alike.
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.model.terms import WIDE_PRIOR, widened
@@ -81,12 +81,16 @@ class Balance:
         return float(np.sqrt(max(float(self.step @ self.normal @ self.step), 0.0)))
 
 
-def balanced(system: System) -> Balance:
+def balanced(system: System, kept: BoolArray | None = None) -> Balance:
     """Fit the parameters, the variance of each kind of row, and the width of the priors.
 
     The iteration begins with no excess and wide priors, if then something is left over to judge by.
     Begun with what the model leaves so far, an effect many times larger than its prior expects
     would itself pass for scatter and never be fitted.
+
+    Args:
+        system: the linear rows.
+        kept: rows whose kind has an excess without a test, shape (n,); none by default.
     """
     count = np.bincount(system.kinds)
     precision = system.precision.copy()
@@ -107,6 +111,8 @@ def balanced(system: System) -> Balance:
                 for square, freedom in zip(squares, found.freedom, strict=True)
             ]
         )
+        if kept is not None:
+            wanted |= np.bincount(system.kinds, kept) > 0
     for _ in range(MAX_ROUNDS):
         left = system.residual + system.columns @ found.step
         before, excess = excess, np.where(wanted, _excess(system, found, left), 0.0)

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from benchmarks.magnetometer import MOTIONS, Noise, recording
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
@@ -151,3 +152,11 @@ def test_quantised_circles_are_not_taken_for_saturation() -> None:
     rng = np.random.default_rng(11)
     made = recorded(six_circles(rng, wobble=1.0), rng, step=TEN_BITS, noise=1.0)
     assert fit_magnetometer(made.series).fit.model == ("bias", "soft-iron")
+
+
+def test_a_fit_at_the_limit_of_the_test_for_an_excess_arrives() -> None:
+    """Of this sensor in ten bits the fit with an excess led to that without it, and back again."""
+    rng = np.random.default_rng([16302, 271])
+    series = recording(MOTIONS["six circles of 20 s"], Noise(), TEN_BITS, rng)[-1]
+    found = {one.name: one.value for one in fit_magnetometer(series).fit.parameters}
+    assert found == pytest.approx(true_parameters(), rel=0.01, abs=0.01)
