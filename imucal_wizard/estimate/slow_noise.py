@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from imucal_wizard.estimate.slow_kernels import (
     Kernel,
     about_the_mean,
     averaged,
-    relaxed,
     walked,
 )
 from imucal_wizard.estimate.slow_rests import RestPieces
@@ -36,23 +36,21 @@ ALL_WHITE_OF_FIELD = 0.3
 """The same of a magnetometer, in a field that is hardly the same everywhere and always."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
-FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.05, 0.15, 0.1
+FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.05, 0.12, 0.05
 """The same of a magnetometer: flicker noise or a random walk of its bias, or a field whose strength
 drifts. The rest is what the place does to the sensor, which differs within a room by more than the
 bias wanders."""
-ON_THE_WAY, AT_REST, FADING = 0.4, 0.1, 0.1
-"""What a place does goes over steadily into that of the next rest, is in the rests alone (what
-stands below them), or fades as the device moves on, with each of ``FADING_SECONDS``."""
-FADING_SECONDS = (1.0, 3.0)
-"""Correlation times of that in motion. What lasts longer is like a random walk of the bias, whose
-mean over the session belongs to the bias."""
+FIELD_PLACE = 1.0 - FIELD_FLICKER - FIELD_WALK - FIELD_DRIFT
+PLACE_SECONDS = 3.0, 6.0
+"""Seconds of motion from one place to another that does something else to the sensor. What lasts
+longer is like a random walk of the bias, whose mean over the session belongs to the bias."""
 MEASURED_NOISE = 0.7
 """Probability that the white errors of holds are the noise measured within them and no more, where
 that is known: else their size, which nothing measures, is any."""
 LARGER = 60
 """Sizes of larger ones, up to ``MOST_LACKING``, each 12 % more in variance than the one before."""
-ANOTHER_PLACE = 1000.0
-"""Seconds of motion that are counted between two rests without a motion measured between them."""
+MOMENT = 1e-3
+"""Seconds at one place in which a device that moves steadily does not leave it."""
 TOUCHING = 0.01
 """Share of a span in common with the one before that is a matter of rounding."""
 PARTS = np.geomspace(0.1, 100.0, 13)
@@ -175,29 +173,47 @@ def _kinds(
     if of_field:
         yield by_walk, FIELD_DRIFT, walked, True
         begin, end = _moved(spans, still)
-        if still.any():
-            of_rest = _of_rests(0.5 * (begin + end), still)
-            yield of_rest @ of_rest.T, ON_THE_WAY, None, False
-            of_rest = of_rest * still[:, None]
-            yield of_rest @ of_rest.T, AT_REST, None, False
-        gap = np.maximum(np.maximum.outer(begin, begin) - np.minimum.outer(end, end), 0.0)
-        for tau in FADING_SECONDS:
-            yield relaxed(end - begin, np.exp(-gap / tau), tau), FADING, None, False
+        for seconds in PLACE_SECONDS:
+            of_place = _of_places(begin, end, still, seconds)
+            yield of_place @ of_place.T, FIELD_PLACE / len(PLACE_SECONDS), None, False
 
 
-def _of_rests(moved: FloatArray, still: BoolArray) -> FloatArray:
-    """Which share of what the place of each rest does is in each span, shape (n, r).
+def _of_places(begin: FloatArray, end: FloatArray, still: BoolArray, seconds: float) -> FloatArray:
+    """Which share of what each place does is in the average over each span, shape (n, r).
 
-    On its way the device passes steadily from the place of one rest to that of the next. Nothing is
-    known of where it is before the first rest and after the last.
+    Each rest is another place, and so is every so many seconds of a longer motion. On its way the
+    device passes steadily from one to the next.
 
     Args:
-        moved: how long the device had moved in the middle of each span, s, shape (n,).
+        begin: how long the device had moved at the beginning of each span, s, shape (n,).
+        end: the same at its end.
         still: which of them were measured at rest, shape (n,).
+        seconds: of motion from one place to the next.
     """
-    rests = np.unique(moved[still])
-    each = [np.interp(moved, rests, one, left=0.0, right=0.0) for one in np.eye(len(rests))]
-    return np.array(each).T
+    middle, half = 0.5 * (begin + end), np.maximum(0.5 * (end - begin), MOMENT)
+    rests = np.unique(middle[still]) if still.any() else begin[:1]
+    before, after = (
+        (one // seconds + 1.0) * seconds for one in (rests[0] - begin.min(), end.max() - rests[-1])
+    )
+    known = [rests[0] - before, *rests, rests[-1] + after]
+    places = np.unique(
+        np.concatenate(
+            [
+                np.linspace(one, other, max(round((other - one) / seconds), 1) + 1)
+                for one, other in pairwise(known)
+            ]
+        )
+    )
+    to_next = np.append(np.diff(places), seconds)
+    from_last = np.append(seconds, to_next[:-1])
+
+    def until(moved: FloatArray) -> FloatArray:
+        beyond = moved[:, None] - places
+        coming = np.clip(1.0 + beyond / from_last, 0.0, 1.0)
+        going = np.clip(1.0 - beyond / to_next, 0.0, 1.0)
+        return np.asarray(0.5 * (from_last * coming**2 + to_next * (1.0 - going**2)))
+
+    return np.asarray((until(middle + half) - until(middle - half)) / (2.0 * half)[:, None])
 
 
 def _moved(spans: FloatArray, still: BoolArray) -> FloatArray:
@@ -210,7 +226,7 @@ def _moved(spans: FloatArray, still: BoolArray) -> FloatArray:
     out, moved, until, resting = np.empty((2, len(spans))), 0.0, float(spans[0, 0]), False
     for k, ((start, end), rest) in enumerate(zip(spans.tolist(), still.tolist(), strict=True)):
         if start > until - TOUCHING * (end - start):
-            moved += ANOTHER_PLACE if rest and resting else max(start - until, 0.0)
+            moved += PLACE_SECONDS[-1] if rest and resting else max(start - until, 0.0)
         begin = moved
         if end > until:
             moved += 0.0 if rest else end - max(start, until)

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from benchmarks.gyroscope_bound import DEVICES, Session, fitted
-from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
@@ -216,66 +216,76 @@ def test_held_poses_show_slow_noise_by_what_changes_within_them() -> None:
     assert sizes[lighter.evidence(walked, sizes, slice(None), of_strength=True).argmax()] == 1.0
 
 
-def test_what_a_place_does_fades_while_the_device_moves() -> None:
-    """All of a rest shares it, and what is measured in the motion after it, ever less of it.
-
-    From one rest to another without a motion measured between them the device is carried.
-    """
-    spans, rng = _regular(20), np.random.default_rng(4)
-    spans[1] = spans[0]  # two rows of one rest
-    moving = np.arange(20) >= 10
+def _of_places(spans: FloatArray, still: BoolArray) -> list[FloatArray]:
+    """Covariance of averages over these spans by what places do, in the order of their seconds."""
+    count = len(spans)
     one = Fitted(
-        errors=rng.normal(size=20),
-        columns=np.ones((20, 1)),
-        variance=np.ones(20),
-        alike=np.ones((20, 20)),
-        pull=np.full((1, 20), 0.05),
-        strength=np.ones(20),
-        still=~moving,
-    )
-    slow = estimate_slow_errors(spans, [one], measured=False)
-    assert slow is not None
-    on_the_way, of_rests, *fading = [kind.slow[0] for kind in slow.kinds if not kind.long]
-    assert fading
-    for covariance in (on_the_way, of_rests, *fading):
-        assert covariance[0, 1] == pytest.approx(covariance[0, 0])
-        apart = covariance - np.diag(np.diag(covariance))
-        assert apart[:10, 2:10] == pytest.approx(0.0, abs=1e-12)
-    assert not of_rests[moving].any()
-    for covariance in fading:
-        assert 0.0 < covariance[9, 10] < covariance[9, 9]
-        assert (np.diff(covariance[9, 10:14]) < 0.0).all()
-
-
-def test_between_two_rests_the_one_place_goes_over_into_the_other() -> None:
-    """A rest, a motion measured in four spans, and another rest."""
-    spans = np.array([[0.0, 3.0], *([3.0 + k, 4.0 + k] for k in range(4)), [7.0, 10.0]])
-    still = np.array([True, False, False, False, False, True])
-    one = Fitted(
-        errors=np.random.default_rng(5).normal(size=6),
-        columns=np.ones((6, 1)),
-        variance=np.ones(6),
-        alike=np.ones((6, 6)),
-        pull=np.full((1, 6), 0.1),
-        strength=np.ones(6),
+        errors=np.random.default_rng(4).normal(size=count),
+        columns=np.ones((count, 1)),
+        variance=np.ones(count),
+        alike=np.ones((count, count)),
+        pull=np.full((1, count), 1.0 / count),
+        strength=np.ones(count),
         still=still,
     )
     slow = estimate_slow_errors(spans, [one], measured=False)
     assert slow is not None
-    on_the_way = next(kind.slow[0] for kind in slow.kinds if not kind.long)
-    assert on_the_way[0] == pytest.approx([1.0, 0.875, 0.625, 0.375, 0.125, 0.0])
-    assert on_the_way[5] == pytest.approx(on_the_way[0][::-1])
+    return [kind.slow[0] for kind in slow.kinds if not kind.long]
+
+
+def test_what_a_place_does_passes_while_the_device_moves() -> None:
+    """All of a rest shares it, and what is measured in the motion after it, ever less of it.
+
+    From one rest to another without a motion measured between them the device is carried.
+    """
+    spans = _regular(20)
+    spans[1] = spans[0]  # two rows of one rest
+    for covariance in _of_places(spans, np.arange(20) < 10):
+        assert covariance[0, 1] == pytest.approx(covariance[0, 0])
+        apart = covariance - np.diag(np.diag(covariance))
+        assert apart[:10, 2:10] == pytest.approx(0.0, abs=1e-3)
+        assert 0.0 < covariance[9, 10] < covariance[9, 9]
+        assert (np.diff(covariance[9, 10:14]) <= 0.0).all()
+        assert covariance[9, 13] == 0.0
+
+
+def test_between_two_rests_the_one_place_goes_over_into_the_other() -> None:
+    """A rest, a motion measured in four spans, and another rest; and a motion three times as long.
+
+    A rest counts as a millisecond at its place.
+    """
+    spans = np.array([[0.0, 3.0], *([3.0 + k, 4.0 + k] for k in range(4)), [7.0, 10.0]])
+    still = np.array([True, False, False, False, False, True])
+    for covariance in _of_places(spans, still):
+        assert covariance[0] == pytest.approx([1.0, 0.875, 0.625, 0.375, 0.125, 0.0], abs=1e-3)
+        assert covariance[5] == pytest.approx(covariance[0][::-1], abs=1e-12)
+    longer = 3.0 * spans
+    for covariance, seconds in zip(_of_places(longer, still), (3.0, 6.0), strict=True):
+        share = np.maximum(1.0 - np.linspace(0.0, 12.0, 1201) / seconds, 0.0)
+        mean = [share[at : at + 301].mean() for at in (0, 300, 600, 900)]
+        assert covariance[0, 1:5] == pytest.approx(mean, abs=5e-3)
+
+
+def test_motion_without_a_rest_passes_places_too() -> None:
+    """Brute force: what each of twenty places does at every millisecond of the way past them."""
+    begin = np.cumsum(np.random.default_rng(8).uniform(0.5, 3.0, 30))
+    spans = np.column_stack([begin, np.append(begin[1:], begin[-1] + 2.0)])
+    moments = np.arange(begin[0], spans[-1, 1], 1e-3)
+    of_span = np.searchsorted(begin, moments, side="right") - 1
+    for covariance, seconds in zip(_of_places(spans, np.zeros(30, bool)), (3.0, 6.0), strict=True):
+        places = begin[0] + seconds * np.arange(20)
+        each = [np.bincount(of_span, np.interp(moments, places, one)) for one in np.eye(20)]
+        shares = np.transpose(each) / np.bincount(of_span)[:, None]
+        assert covariance == pytest.approx(shares @ shares.T, abs=1e-3)
 
 
 def test_slow_errors_that_the_fit_takes_up_whole_are_of_no_size() -> None:
     """A place that acts on all spans alike is the bias: no residual shows how large it is."""
-    rng, spans, ones = np.random.default_rng(6), _regular(12), np.ones((12, 1))
+    rng, spans, ones = np.random.default_rng(6), np.arange(12.0)[:, None], np.ones((12, 1))
     left = rng.standard_normal(12)
     left -= left.mean()
     one = Fitted(left, ones, np.ones(12), np.ones((12, 12)), ones.T / 12.0, np.ones(12))
-    still = np.zeros(12, bool)
-    still[0] = True
-    slow = estimate_slow_errors(spans, [replace(one, still=still)], measured=False)
+    slow = estimate_slow_errors(np.hstack([spans, spans + 1.0]), [one], measured=False)
     assert slow is not None
     assert np.sqrt(slow.covariance([one])[0, 0]) < 3.0 * left.std()
 
