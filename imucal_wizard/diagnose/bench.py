@@ -244,11 +244,12 @@ class Bench:
         known = measured.circumstances
         self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
         self.curves = tuple(one.suited(known) for one in free_curves_for(sensor))
-        self.rounding = rounding
+        self.rounding, self._own = rounding, {one.name for one in own}
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
+        self._refused: dict[str, str] = {}
         self.referee: Callable[[], Referee | None] | None = None
 
     @property
@@ -260,6 +261,11 @@ class Bench:
     def found(self) -> tuple[Found, ...]:
         """Terms of the present model that were added by the evidence, in order."""
         return tuple(one for one in self._found if one.term in self.fit.model)
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Why terms that were to be added are not in the model, in words."""
+        return tuple(why for name, why in self._refused.items() if name not in self.fit.model)
 
     @property
     def left_out_unit(self) -> str:
@@ -319,8 +325,7 @@ class Bench:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
             missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
-            where = self.measured.everything()
-            shown = [effect for effect in missing if effect.lacking(self.sensor, where) is None]
+            shown = [effect for effect in missing if self.lacking(effect) is None]
             misfit = whitened_residuals(self.fit, shown)
             hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
@@ -445,11 +450,19 @@ class Bench:
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
-        return effect.lacking(self.sensor, self.measured.everything())
+        lacking = effect.lacking(self.sensor, self.measured.everything())
+        if lacking is None and effect.name in self._own:
+            settings = effect.variants(self.measured.circumstances)
+            try:  # a formula may have no value where the present fit puts the input
+                self.rows.design_columns([Term(effect, one) for one in settings])
+            except DataError as error:
+                return str(error)
+        return lacking
 
     def offer(self, effect: Effect) -> None:
         """Let an effect of the user's own be a suspect, too."""
         self.catalogue = (*self.catalogue, effect)
+        self._own.add(effect.name)
         self._findings = None
 
     def add(self, name: str, variant: float | None = None, near: float | None = None) -> Rung:
@@ -466,17 +479,21 @@ class Bench:
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
-        if name in self.whole:
-            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
-            return self._climb(fit(self.measured, self.fit.terms, base), name)
         effect = next((one for one in self.effects if one.name == name), None)
-        if effect is None:
+        if effect is None and name not in self.whole:
             known = ", ".join(one.name for one in self.catalogue)
             raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
-        lacking = self.lacking(effect)
+        lacking = None if effect is None else self.lacking(effect)
         if lacking is not None:
             raise DataError(f"{name} cannot be added: {lacking}")
-        return self._climb(self._with(effect, variant, near), name)
+        try:
+            if effect is not None:
+                return self._climb(self._with(effect, variant, near), name)
+            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
+            return self._climb(fit(self.measured, self.fit.terms, base), name)
+        except DataError as error:
+            self._refused[name] = str(error)
+            raise
 
     def remove(self, name: str) -> Rung:
         """Take a term out of the model, an effect or a part of the base.
@@ -505,7 +522,8 @@ class Bench:
     def retrace(self, changes: Sequence[ModelChange], own: Sequence[Effect] = ()) -> None:
         """Change the model as another bench was changed, on the data of this one.
 
-        Effects that these data cannot show, and models that they do not determine, are left out.
+        Effects that these data cannot show, and models that they do not determine, are left out;
+        ``refused`` says why.
 
         Args:
             changes: those of the other bench.
@@ -521,7 +539,9 @@ class Bench:
                 continue
             try:
                 again = fit(self.measured, terms, change.base)
-            except DataError:
+            except DataError as error:
+                if change.added is not None:
+                    self._refused[change.added] = str(error)
                 continue
             self._climb(again, change.added)
 

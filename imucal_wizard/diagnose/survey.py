@@ -70,9 +70,10 @@ def _complete_base(bench: Bench) -> None:
     """Put back what was left out of the base, where data held out are for it."""
     for name in bench.whole:
         if name not in bench.fit.base:
-            bench.add(name)
-            if not bench.confirmed():
-                bench.undo()
+            with suppress(DataError):  # the bench keeps why it cannot be fitted
+                bench.add(name)
+                if not bench.confirmed():
+                    bench.undo()
 
 
 def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
@@ -89,7 +90,7 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     alone = [(name,) for name in chosen] if len(chosen) > 1 else []
     for names in (*alone, chosen):
         below = len(bench.ladder)
-        with suppress(DataError):  # what cannot be fitted is not confirmed either
+        with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
                 bench.add(name, near=near[name])
             enough = names == chosen or bench.look().opinion.shapeless

@@ -496,6 +496,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"{_capital(bench.ladder[-1].added)} was added by hand, but held-out data do not "
             f"confirm it: {_change(bench)}. Take it out again."
         )
+    sentences += [f"{_capital(why)}." for why in bench.refused]
     return [one for one in sentences if one] + _new_poses(diagnosis)
 
 
