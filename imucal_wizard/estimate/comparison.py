@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import Series
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
@@ -115,10 +116,12 @@ def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
 
 def _gyroscope(report: FitReport, reference: SensorFit, unit: str, name: str) -> Fit:
     own = report.sensors.get("gyroscope")
-    readings = None if own is None or own.experiment is None else own.experiment.readings
+    experiment = None if own is None else own.experiment
+    readings = None if experiment is None else experiment.readings
+    spectrum = experiment.spectrum if isinstance(experiment, GyroscopeExperiment) else None
 
     def make() -> SensorFit:
-        args = report.holds, report.rotations, reference, unit, name, readings
+        args = report.holds, report.rotations, reference, unit, name, readings, spectrum
         found = fit_gyroscope(*args)
         if found.fit is None:
             raise DataError("; ".join(found.warnings))

@@ -31,7 +31,7 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyrosco
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
-from imucal_wizard.estimate.rest_spectrum import with_quiet_noise
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
@@ -386,7 +386,8 @@ def fit_holds(
         holds, options.gravity, units["accelerometer"], options.method, readings
     )
     assert accelerometer.reference is not None  # noqa: S101 (narrows the type)
-    named = with_quiet_noise(_with_poses(holds, accelerometer.reference.up), readings)
+    spectrum = rest_spectrum(readings, holds) if "gyroscope" in units else None
+    named = with_quiet_noise(_with_poses(holds, accelerometer.reference.up), spectrum)
     rotations = [_between(rotation, named) for rotation in rotations]
     odd: dict[str, str] = {}
     if accelerometer.outlier is not None:
@@ -398,9 +399,8 @@ def fit_holds(
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
     if "gyroscope" in units:
-        gyroscope = fit_gyroscope(
-            named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method, readings
-        )
+        args = named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method
+        gyroscope = fit_gyroscope(*args, readings, spectrum)
         rotations = list(gyroscope.rotations)
         notes += rotation_warnings(rotations)
         if gyroscope.fit is not None:
