@@ -282,7 +282,7 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         return []
     most = np.maximum(limits.rate, stream.least_rate)
     found = []
-    for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
+    for one in holds_under(replace(stream, resting_rate=None), limits):
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
         off = one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > most).any()
         if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):

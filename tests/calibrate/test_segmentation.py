@@ -10,12 +10,14 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
-from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.blocks import Blocks
+from imucal_wizard.measurement.holds import Hold, hold_at_rest
 from imucal_wizard.measurement.segmentation import (
     ReducedRecording,
     holds_under,
     reduce_recording,
     rest_numbers,
+    rests_apart,
     rotations_between,
     usual_candidates,
 )
@@ -116,6 +118,22 @@ def test_the_limit_follows_what_the_hand_does(tremor: float) -> None:
     report = fit_readings(with_accelerometer(session(), shake))
     assert len({hold.pose for hold in report.holds if hold.pose}) == 18
     assert len(report.holds) >= 36
+
+
+def test_each_rest_is_summarised_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the holds under every limit, and for the rests in which the gyroscope reads otherwise."""
+    seen: list[tuple[float, float]] = []
+
+    def counted(blocks: Blocks, *rest: object) -> Hold | None:
+        seen.append((float(blocks.start[0]), float(blocks.end[-1])))
+        return hold_at_rest(blocks, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(segmentation, "hold_at_rest", counted)
+    stream = reduce_recording(session())
+    assert stream is not None
+    holds = holds_at(stream, 16.0)
+    assert rests_apart(stream, holds) == []
+    assert len(seen) == len(set(seen)) >= len(holds)
 
 
 def test_candidates_are_all_different_and_grow() -> None:
