@@ -8,12 +8,10 @@ part of the session for an effect of time.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Protocol
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
@@ -115,39 +113,6 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
         pairs.append((below.late_in_noise, above.late_in_noise))
     known = [(old, new) for old, new in pairs if old is not None and new is not None]
     return bool(known) and all(new < old for old, new in known)
-
-
-class Judged(Protocol):
-    """A model whose errors held out are known."""
-
-    @property
-    def rms_held_out(self) -> float | None:
-        """Of holds or rotations, in the sensor's error unit."""
-
-    @property
-    def held_out_in_noise(self) -> float | None:
-        """Of all rows that judge a model, each in units of its measured noise."""
-
-
-@dataclass(frozen=True)
-class ChangeHeldOut:
-    """The errors held out of two models, in words.
-
-    Attributes:
-        of: what is left out.
-        before: error of the first model.
-        after: error of the second one.
-        in_unit: whether they are in the sensor's unit, and not in units of the noise.
-    """
-
-    of: str
-    before: str
-    after: str
-    in_unit: bool
-
-
-def _falls(before: float | None, after: float | None) -> bool:
-    return before is not None and after is not None and after < before
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,38 +237,9 @@ class Bench:
         """What is left out to check the model."""
         return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
-    def change_held_out(self, below: Judged, above: Judged) -> ChangeHeldOut:
-        """The errors held out of two models, in the unit that shows which model is confirmed.
-
-        In the sensor's unit; in units of the noise where only rows tell it that are not reported.
-        """
-        unit, errors = self.fit.unit, (below.rms_held_out, above.rms_held_out)
-        in_noise = below.held_out_in_noise, above.held_out_in_noise
-        if _falls(*errors) is _falls(*in_noise) or None in in_noise:
-            before, after = (quantity(one, unit) for one in errors)
-            return ChangeHeldOut(self.left_out_unit, before, after, in_unit=True)
-        words = (one.group_word for one in self.measured.sources if one.confirms)
-        every = " and ".join(f"{one}s" for one in dict.fromkeys(words))
-        before, after = (f"{number(one or 0.0, 3)} times the noise" for one in in_noise)
-        return ChangeHeldOut(every, before, after, in_unit=False)
-
-    def state(self, added: Terms, opinion: Opinion) -> None:
-        """Write down why the newest terms were added.
-
-        Args:
-            added: the newest terms.
-            opinion: the one that led to it.
-        """
-        change = self.change_held_out(self.ladder[-1 - len(added)], self.ladder[-1])
-        for name in added:
-            place = next(k for k, members in enumerate(opinion.terms) if name in members)
-            members, decided_by = opinion.terms[place], f"{change.of} left out"
-            family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
-            reason = f"{family}the error held out falls from {change.before} to {change.after}"
-            if opinion.families[place] in opinion.decided:
-                decided_by += " and the gyroscope's closure"
-            like = tuple(one for one in members if one != name)
-            self._found.append(Found(name, reason, decided_by, like))
+    def keep(self, found: Sequence[Found]) -> None:
+        """Keep why the newest terms were added."""
+        self._found += found
 
     @property
     def fit(self) -> SensorFit:

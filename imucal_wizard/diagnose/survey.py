@@ -8,6 +8,7 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.change_text import reasons_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
 from imucal_wizard.diagnose.verdict import (
@@ -51,7 +52,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         if not added:
             # what data held out do not confirm is not missing for certain
             return replace(found, opinion=unconfirmed(found.opinion))
-        bench.state(added, found.opinion)
+        bench.keep(reasons_of(bench, added, found.opinion))
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()
     if last.opinion.shapeless:
