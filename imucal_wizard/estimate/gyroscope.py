@@ -133,7 +133,7 @@ class GyroscopeExperiment(Movable):
                 at_rest = spectrum.of_rates(start.matrix)
             args = rotations.samples, rotations.rates(start), at_rest
             lost = sampling_loss(*args, float(rest.per_second.mean()), float(rounding.mean()))
-        self._known = self.lost, self.spectrum = lost, spectrum
+        self.lost = lost
         self.long_rest = None
         if readings is not None and readings.gyroscope is not None:
             self.long_rest = long_rest(readings.gyroscope, holds, start.matrix)
@@ -244,7 +244,7 @@ class GyroscopeExperiment(Movable):
         other.noise_at_rest = rest_of(self.holds, start.matrix, start.bias, self.of)
         if (other.noise_at_rest.carried != self.noise_at_rest.carried).any():
             args = self.holds, self.rotations, self.of, self.unit, start, self.nominal, free
-            return GyroscopeExperiment(*args, self.readings, self.sources[2:], *self._known)
+            return GyroscopeExperiment(*args, self.readings, self.sources[2:], self.lost)
         resting, closing, walk = other._noise()
         rate = (self.samples.reading - start.bias) @ start.matrix.T
         motion = replace(self.closure.motion, rate=rate)
@@ -266,7 +266,7 @@ class GyroscopeExperiment(Movable):
             free: which of the twelve entries all rows together determine.
         """
         args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
-        return GyroscopeExperiment(*args, self.readings, more, *self._known)
+        return GyroscopeExperiment(*args, self.readings, more, self.lost)
 
     def under(
         self, reference: GravityReference | None, readings: Readings | None
@@ -278,7 +278,7 @@ class GyroscopeExperiment(Movable):
         known = reference.up, reference.doubt, reference.undetermined
         more = [source.under(*known) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, more, *self._known)
+        return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
 
     @property
     def by_noise_alone(self) -> "GyroscopeExperiment":
