@@ -6,8 +6,6 @@ The first rows of a file are read like those of a stream; these steps follow on 
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
 from imucal_wizard.acquire.column_guess import (
     UnitGuess,
     guess_accelerometer_unit,
@@ -20,7 +18,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
-from imucal_wizard.measurement.unsigned_counts import as_signed, signs_note
+from imucal_wizard.measurement.unsigned_counts import as_signed, changed_sign, signs_note
 
 _INERTIAL = ("accelerometer", "gyroscope")
 _FIELD = "magnetometer"
@@ -121,14 +119,13 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
         values = as_signed(one.values) if one is not None and one.unit == COUNT else None
         if one is None or values is None:
             continue
-        first = np.argwhere(values != one.values)[0]
-        as_read, is_meant = (float(array[tuple(first)]) for array in (one.values, values))
         series[name] = replace(one, values=values)
         if name == "accelerometer" and name in guesses:
             again = guess_accelerometer_unit(values)
             if again.unit == COUNT:
                 warnings = [again.why if text == guesses[name].why else text for text in warnings]
-        warnings.append(signs_note(name, as_read, is_meant))
+        if changed := changed_sign(one.values, values):
+            warnings.append(signs_note(name, *changed))
     return FileSamples(series, tuple(warnings))
 
 
