@@ -3,16 +3,18 @@
 The first rows of a file are read like those of a stream; these steps follow on the whole file.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from imucal_wizard.acquire.column_guess import (
     UnitGuess,
     guess_accelerometer_unit,
     guess_magnetometer_unit,
+    unit_note,
 )
 from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
 from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilentSamples, heard_rows
+from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
@@ -116,7 +118,7 @@ def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSampl
         if name == "accelerometer" and name in guesses:
             again = guess_accelerometer_unit(values)
             if again.unit == COUNT:
-                warnings = [again.why if text == guesses[name].why else text for text in warnings]
+                warnings = _guessed_again(warnings, name, again)
         if changed := changed_sign(one.values, values):
             warnings.append(signs_note(name, *changed))
     return FileSamples(series, tuple(warnings))
@@ -132,5 +134,11 @@ def _in_unit_of_field(samples: FileSamples, guesses: Mapping[str, UnitGuess]) ->
     converted = Series(
         series.time, readings * unit_factor(FIELD, found.unit), si_unit(FIELD, found.unit)
     )
-    warnings = [found.why if text == guess.why else text for text in samples.warnings]
+    warnings = _guessed_again(samples.warnings, FIELD, found)
     return FileSamples({**samples.series, FIELD: converted}, tuple(warnings))
+
+
+def _guessed_again(warnings: Sequence[str], sensor: str, guess: UnitGuess) -> list[str]:
+    """The warnings with another guess of the unit of a sensor's readings."""
+    before = of_kind(warnings, NoticeKind.UNIT_OF_SIZE, sensor=sensor)
+    return [unit_note(sensor, guess) if text in before else text for text in warnings]
