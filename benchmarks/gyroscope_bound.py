@@ -30,6 +30,7 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.recording import fit_accelerometer
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.blocks import BlockCutter
 from imucal_wizard.measurement.holds import Hold, Rotation, hold_from
@@ -544,7 +545,8 @@ def fitted(
 ) -> SensorFit:
     """The gyroscope by the whole way from the holds."""
     known = known or fit_accelerometer(holds, GRAVITY, "m/s^2")
-    fit = fit_gyroscope(holds, rotations, known, "rad/s", readings=readings).fit
+    args, spectrum = (holds, rotations, known, "rad/s"), rest_spectrum(readings, holds)
+    fit = fit_gyroscope(*args, readings=readings, spectrum=spectrum).fit
     if fit is None:
         raise SystemExit("a simulated gyroscope was not fitted")
     return fit

@@ -26,6 +26,7 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.recording import fit_accelerometer
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import GYROSCOPE
 from tests.estimate.truth import TWENTY_SIX, smooth_step, tilted, typical_gyroscope
@@ -275,7 +276,9 @@ def found(
     """The gyroscope of one session."""
     one = session(hand, rate, rng, sensor, wrong)
     known = fit_accelerometer(one.holds, GRAVITY, "m/s^2")
-    return fit_gyroscope(one.holds, one.rotations, known, "rad/s", readings=one.readings)
+    spectrum = rest_spectrum(one.readings, one.holds)
+    args = one.holds, one.rotations, known, "rad/s"
+    return fit_gyroscope(*args, readings=one.readings, spectrum=spectrum)
 
 
 @dataclass(frozen=True)

@@ -79,9 +79,11 @@ def line(scenario: Scenario, trials: Sequence[Trialled]) -> str:
     errors = np.array([(one.before, one.linear, one.after) for one in trials])
     sure = [abs(one.sure) < 1.0 for one in trials if one.sure is not None]
     inside = f"{100.0 * np.mean(sure):.0f}" if sure else ""
-    before, linear, after = np.sqrt(np.nanmean(errors**2, axis=0))
+    refused = np.isnan(errors[:, 2]) & ~np.isnan(errors[:, 0])
+    before, linear, after = np.sqrt(np.nanmean(errors[~refused] ** 2, axis=0))
     fall = f"{before:.3f} → {linear:.3f} / {after:.3f}"
-    return f"{scenario.name:<40}{_size(trials):>16}{cells}{seen:6.0f}{inside:>8}{fall:>42}"
+    noted = f"  without {refused.sum()} that cannot be fitted" if refused.any() else ""
+    return f"{scenario.name:<40}{_size(trials):>16}{cells}{seen:6.0f}{inside:>8}{fall:>42}{noted}"
 
 
 def _size(trials: Sequence[Trialled]) -> str:

@@ -11,6 +11,7 @@ from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import MILLI_G, Colour
 from benchmarks.hidden.recording import Recorded, record
 from benchmarks.hidden.scenarios import FAMILY, Scenario
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.detectability import Detectability
 from imucal_wizard.diagnose.posterior import hypothesis_set
@@ -50,9 +51,10 @@ class Trialled:
         before: error held out without any effect, mg.
         linear: the same with the hidden effects added (the first suspect where there are none), as
             foretold by the linear model, mg.
-        after: the same by fitting again, mg.
+        after: the same by fitting again, mg; NaN where that fit does not converge.
         sure: for a single effect, (size − truth) of its parameter, once added, in units of the
-            interval that is to hold the truth 95 times in 100 (Student, as ``SensorFit`` says).
+            interval that is to hold the truth 95 times in 100 (Student, as ``SensorFit`` says);
+            None where that fit does not converge.
     """
 
     hidden: tuple[Hidden, ...]
@@ -131,18 +133,24 @@ def try_out(
         p=suspects[0].p,
         before=_milli(plain.rms_held_out),
         linear=_milli(try_effects(misfit, chosen, scatter).rms_held_out),
-        after=_milli(added.rms_held_out),
-        sure=_sure(with_random_walk(added, left_over(measured, added)), hidden),
+        after=_milli(None if added is None else added.rms_held_out),
+        sure=None if added is None else _sure(added, measured, hidden),
     )
 
 
-def _with(measured: AccelerometerExperiment, chosen: Sequence[Candidate]) -> SensorFit:
-    """The fit with effects; the setting of a single one is settled as the bench does."""
+def _with(measured: AccelerometerExperiment, chosen: Sequence[Candidate]) -> SensorFit | None:
+    """The fit with effects; the setting of a single one is settled as the bench does.
+
+    None where it does not converge: the program refuses the effects and keeps its verdict.
+    """
     terms = [Term(effect(one.term), one.variant) for one in chosen]
-    if len(terms) > 1:
-        return fit(measured, terms)
-    variants = terms[0].effect.variants(measured.circumstances)
-    return most_likely_setting(lambda term: fit(measured, [term]), terms[0], variants)
+    try:
+        if len(terms) > 1:
+            return fit(measured, terms)
+        variants = terms[0].effect.variants(measured.circumstances)
+        return most_likely_setting(lambda term: fit(measured, [term]), terms[0], variants)
+    except DataError:
+        return None
 
 
 def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Candidate, ...]:
@@ -152,10 +160,13 @@ def _chosen(suspects: Sequence[Suspect], hidden: Sequence[Hidden]) -> tuple[Cand
     return tuple(one for one in found if one.term in named) or (found[0],)
 
 
-def _sure(fit: SensorFit, hidden: Sequence[Hidden]) -> float | None:
+def _sure(
+    added: SensorFit, measured: AccelerometerExperiment, hidden: Sequence[Hidden]
+) -> float | None:
     """How far the size that was fitted is from the truth, in units of its own interval."""
     if len(hidden) != 1:
         return None
+    fit = with_random_walk(added, left_over(measured, added))
     reach = quantile(0.95, max(fit.degrees_of_freedom, 1))
     letters = "".join("xyz"[axis] for axis in hidden[0].axes)
     names = [one.name for one in effect(hidden[0].term).parameters(ACCELEROMETER)]

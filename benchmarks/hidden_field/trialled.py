@@ -1,6 +1,7 @@
 """One recording through the bench: what was hidden, what it says, and how the error falls."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -95,15 +96,17 @@ def try_out(plan: Plan, scenario: Scenario, known: Quiet, seed: int) -> Trialled
     names = [one.term for one in hidden] or [
         next(one.term for one in suspects if one.candidate is not None)
     ]
-    added = fit(data, [Term(effect(name)) for name in names])
+    added = None
+    with suppress(DataError):  # else the program refuses the effects and keeps its verdict
+        added = fit(data, [Term(effect(name)) for name in names])
     return Trialled(
         hidden=hidden,
         families=tuple(sorted({FAMILY[one.term] for one in hidden})),
         opinion=opinion,
         p=suspects[0].p,
         before=_known(plain.rms_held_out),
-        after=_known(added.rms_held_out),
-        sure=_sure(with_random_walk(added, left_over(data, added)), hidden),
+        after=_known(None if added is None else added.rms_held_out),
+        sure=None if added is None else _sure(added, data, hidden),
     )
 
 
@@ -117,10 +120,11 @@ def left_over(data: MagnetometerExperiment, found: SensorFit) -> WhitenedResidua
     return whitened_residuals(found, suspects)
 
 
-def _sure(fit: SensorFit, hidden: Sequence[Hidden]) -> float | None:
+def _sure(added: SensorFit, data: MagnetometerExperiment, hidden: Sequence[Hidden]) -> float | None:
     """How far the size that was fitted is from the truth, in its own standard errors."""
     if len(hidden) != 1:
         return None
+    fit = with_random_walk(added, left_over(data, added))
     axis = hidden[0].axes[0]
     return float((fit.sizes[0][axis] - hidden[0].size) / fit.size_errors[0][axis])
 

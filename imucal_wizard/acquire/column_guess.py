@@ -14,6 +14,7 @@ from imucal_wizard.core.gravity import (
     unit_of_gravity,
 )
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median, sphere_centre
@@ -51,10 +52,17 @@ class UnitGuess:
     Attributes:
         unit: the unit, or ``""`` if none can be guessed.
         why: the reason, one sentence for the user.
+        by_size: whether the size of the readings is the reason.
     """
 
     unit: str
     why: str
+    by_size: bool = True
+
+
+def unit_note(sensor: str, guess: UnitGuess) -> str:
+    """What the user is told of a guess."""
+    return Notice(guess.why, NoticeKind.UNIT_OF_SIZE, sensor) if guess.by_size else guess.why
 
 
 def guess_accelerometer_unit(values: FloatArray) -> UnitGuess:

@@ -234,10 +234,10 @@ def _with_units(
             needs.append(f"{sensor} unit")
             continue
         found = _unit_guess(sensor, values[:, places], columns, values)
-        if found.why:
-            notes.append(found.why)
-        if found.why != _WHOLE.format(sensor):
+        if found.by_size:
             guesses[sensor] = found
+        if found.why:
+            notes.append(column_guess.unit_note(sensor, found))
         if found.unit:
             columns = _set_unit(columns, places, found.unit)
         else:
@@ -316,13 +316,11 @@ def _unit_guess(
     accelerometer = sensor_places(columns, "accelerometer")
     counts = bool(accelerometer) and all(columns[p].unit == units.COUNT for p in accelerometer)
     if counts and are_whole_numbers(np.column_stack([own, values[:, accelerometer]])):
-        return column_guess.UnitGuess(units.COUNT, _WHOLE.format(sensor))
+        why = f"Whole numbers: the {sensor} is read as raw counts."
+        return column_guess.UnitGuess(units.COUNT, why, by_size=False)
     if sensor == "magnetometer":
         return column_guess.guess_magnetometer_unit(good)
     return column_guess.UnitGuess("", "")
-
-
-_WHOLE = "Whole numbers: the {} is read as raw counts."
 
 
 def _timed(

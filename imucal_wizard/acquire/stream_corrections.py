@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilentSamples, heard_rows
 from imucal_wizard.core.limits.data_quality import GRAVITY_BLOCK_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_readings
-from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.field_quality import (
     MAX_SINGLE_RUN_SHARE,
@@ -22,8 +22,6 @@ from imucal_wizard.measurement.field_quality import (
 )
 from imucal_wizard.measurement.unsigned_counts import SignWatch, signs_note, twos_complement
 
-_INERTIAL = ("accelerometer", "gyroscope")
-_FIELD = "magnetometer"
 _MAX_SILENT = 50
 """Consecutive samples that read zero after which the sensor is silent."""
 _MAX_REPEATS_WAIT = 5.0
@@ -40,10 +38,10 @@ class StreamCorrections:
     """
 
     def __init__(self) -> None:
-        self._silent = {name: SilentSamples() for name in ("accelerometer", _FIELD)}
+        self._silent = {name: SilentSamples() for name in ("accelerometer", FIELD)}
         self._beside: list[Readings] = []
         self._repeats: RepeatFilter | None = None
-        self._watches = {name: SignWatch() for name in (*_INERTIAL, _FIELD)}
+        self._watches = {name: SignWatch() for name in (*INERTIAL, FIELD)}
         self._notes: dict[str, str] = {}
         self._plain = False
         self.dropped = 0
@@ -125,10 +123,14 @@ class StreamCorrections:
             heard = watch.heard(series.values)
             if heard is None:
                 continue
-            if name == _FIELD:
-                readings = replace(readings, magnetometer=_rows(series, heard))
-            else:
-                readings = _inertial_rows(readings, heard)
+            there = {one: getattr(readings, one) for one in (*INERTIAL, FIELD)}
+            left = {**there, **heard_rows(there, name, heard)}
+            readings = replace(
+                readings,
+                accelerometer=left["accelerometer"],
+                gyroscope=left["gyroscope"],
+                magnetometer=left[FIELD],
+            )
             self._note(
                 f"silent {name}",
                 f"samples of the {name} that read exactly zero on all axes are left out: the "
@@ -175,41 +177,6 @@ def with_signs(readings: Readings, signs: Mapping[str, int]) -> Readings:
             meant = replace(series, values=twos_complement(series.values, bits))
             readings = replace(readings, **{name: meant})
     return readings
-
-
-class SilentSamples:
-    """Finds samples that are zero on all axes, once the sensor has read something else.
-
-    Attributes:
-        running: number of silent samples since the last other one.
-    """
-
-    def __init__(self) -> None:
-        self._answered = False
-        self.running = 0
-
-    @property
-    def answers(self) -> bool:
-        """Whether the newest sample is a measurement."""
-        return self._answered and not self.running
-
-    def heard(self, values: FloatArray) -> BoolArray | None:
-        """Which samples are measurements, shape (n,); None if all are.
-
-        Args:
-            values: shape (n, 3), n > 0.
-        """
-        if values.all():
-            self._answered, self.running = True, 0
-            return None
-        heard = ~true_on_all_axes(values == 0.0)
-        numbered = np.flatnonzero(heard)
-        if not self._answered:
-            heard[: int(numbered[0]) if len(numbered) else len(heard)] = True
-        self._answered |= len(numbered) > 0
-        after = len(heard) - 1 - int(numbered[-1]) if len(numbered) else self.running + len(heard)
-        self.running = after if self._answered else 0
-        return None if heard.all() else heard
 
 
 class RepeatFilter:

@@ -5,7 +5,7 @@ No command writes over a recording, nor over a file of another kind without ``--
 
 import argparse
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,8 +46,10 @@ def recording_of(arguments: argparse.Namespace) -> "Recording":
     return Recording(arguments.files, options, all_samples=arguments.all_samples, on_table=on_table)
 
 
-def note_spans(diagnosis: "Iterable[Diagnosis]") -> None:
+def note_spans(diagnosis: "Collection[Diagnosis]") -> None:
     """Give the option that leaves out the holds of which a verdict says so."""
+    if not diagnosis:
+        return
     from imucal_wizard.diagnose.verdict_text import spans_to_leave_out
 
     spans = dict.fromkeys(span for one in diagnosis for span in spans_to_leave_out(one))

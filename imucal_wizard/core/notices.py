@@ -32,6 +32,18 @@ class NoticeKind(Enum):
     """The samples come in coarse steps."""
     STEPS_OF_HOLDS = auto()
     """The steps decide what the mean of a hold is worth."""
+    UNIT_OF_SIZE = auto()
+    """The unit of the readings was guessed from their size."""
+    GAP = auto()
+    """Samples are missing in a rotation for some time."""
+    DISTURBED = auto()
+    """Something near the device changes the field at present."""
+    CHANGED = auto()
+    """The field is another one than before, for good."""
+    SILENT = auto()
+    """The sensor sends nothing."""
+    NOT_TURNED = auto()
+    """The device rests where it is to be turned."""
 
 
 class Notice(str):
@@ -91,7 +103,18 @@ def without_refusals(warnings: Sequence[str], judged: Collection[str]) -> list[s
     return [one for one in warnings if one not in said]
 
 
+def same_matter(one: str, other: str) -> bool:
+    """Whether two statements are of the same kind and about the same sensor."""
+    if not isinstance(one, Notice) or not isinstance(other, Notice):
+        return False
+    return (one.kind, one.sensor) == (other.kind, other.sensor)
+
+
+def reworded(text: str, warning: str) -> str:
+    """Another text of the same kind as a warning."""
+    return Notice(text, warning.kind, warning.sensor) if isinstance(warning, Notice) else text
+
+
 def begun(prefix: str, warning: str) -> str:
     """A warning with words before it, of the same kind."""
-    text = prefix + warning
-    return Notice(text, warning.kind, warning.sensor) if isinstance(warning, Notice) else text
+    return reworded(prefix + warning, warning)

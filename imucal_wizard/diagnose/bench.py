@@ -8,12 +8,10 @@ part of the session for an effect of time.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
-from typing import Protocol
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.could_be import could_be
@@ -117,39 +115,6 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
     return bool(known) and all(new < old for old, new in known)
 
 
-class Judged(Protocol):
-    """A model whose errors held out are known."""
-
-    @property
-    def rms_held_out(self) -> float | None:
-        """Of holds or rotations, in the sensor's error unit."""
-
-    @property
-    def held_out_in_noise(self) -> float | None:
-        """Of all rows that judge a model, each in units of its measured noise."""
-
-
-@dataclass(frozen=True)
-class ChangeHeldOut:
-    """The errors held out of two models, in words.
-
-    Attributes:
-        of: what is left out.
-        before: error of the first model.
-        after: error of the second one.
-        in_unit: whether they are in the sensor's unit, and not in units of the noise.
-    """
-
-    of: str
-    before: str
-    after: str
-    in_unit: bool
-
-
-def _falls(before: float | None, after: float | None) -> bool:
-    return before is not None and after is not None and after < before
-
-
 @dataclass(frozen=True, eq=False)
 class BenchFindings:
     """What the bench says of the present model.
@@ -244,11 +209,12 @@ class Bench:
         known = measured.circumstances
         self.catalogue = tuple(one.suited(known) for one in effects_for(sensor, own))
         self.curves = tuple(one.suited(known) for one in free_curves_for(sensor))
-        self.rounding = rounding
+        self.rounding, self._own = rounding, {one.name for one in own}
         self._fits: list[SensorFit] = [fit(measured, (), base) if first is None else first]
         self.ladder: list[Rung] = [rung(self._fits[0], rounding=rounding)]
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
+        self._refused: dict[str, str] = {}
         self.referee: Callable[[], Referee | None] | None = None
 
     @property
@@ -262,42 +228,18 @@ class Bench:
         return tuple(one for one in self._found if one.term in self.fit.model)
 
     @property
+    def refused(self) -> tuple[str, ...]:
+        """Why terms that were to be added are not in the model, in words."""
+        return tuple(why for name, why in self._refused.items() if name not in self.fit.model)
+
+    @property
     def left_out_unit(self) -> str:
         """What is left out to check the model."""
         return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
-    def change_held_out(self, below: Judged, above: Judged) -> ChangeHeldOut:
-        """The errors held out of two models, in the unit that shows which model is confirmed.
-
-        In the sensor's unit; in units of the noise where only rows tell it that are not reported.
-        """
-        unit, errors = self.fit.unit, (below.rms_held_out, above.rms_held_out)
-        in_noise = below.held_out_in_noise, above.held_out_in_noise
-        if _falls(*errors) is _falls(*in_noise) or None in in_noise:
-            before, after = (quantity(one, unit) for one in errors)
-            return ChangeHeldOut(self.left_out_unit, before, after, in_unit=True)
-        words = (one.group_word for one in self.measured.sources if one.confirms)
-        every = " and ".join(f"{one}s" for one in dict.fromkeys(words))
-        before, after = (f"{number(one or 0.0, 3)} times the noise" for one in in_noise)
-        return ChangeHeldOut(every, before, after, in_unit=False)
-
-    def state(self, added: Terms, opinion: Opinion) -> None:
-        """Write down why the newest terms were added.
-
-        Args:
-            added: the newest terms.
-            opinion: the one that led to it.
-        """
-        change = self.change_held_out(self.ladder[-1 - len(added)], self.ladder[-1])
-        for name in added:
-            place = next(k for k, members in enumerate(opinion.terms) if name in members)
-            members, decided_by = opinion.terms[place], f"{change.of} left out"
-            family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
-            reason = f"{family}the error held out falls from {change.before} to {change.after}"
-            if opinion.families[place] in opinion.decided:
-                decided_by += " and the gyroscope's closure"
-            like = tuple(one for one in members if one != name)
-            self._found.append(Found(name, reason, decided_by, like))
+    def keep(self, found: Sequence[Found]) -> None:
+        """Keep why the newest terms were added."""
+        self._found += found
 
     @property
     def fit(self) -> SensorFit:
@@ -319,8 +261,7 @@ class Bench:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
             missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
-            where = self.measured.everything()
-            shown = [effect for effect in missing if effect.lacking(self.sensor, where) is None]
+            shown = [effect for effect in missing if self.lacking(effect) is None]
             misfit = whitened_residuals(self.fit, shown)
             hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
@@ -445,11 +386,19 @@ class Bench:
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
-        return effect.lacking(self.sensor, self.measured.everything())
+        lacking = effect.lacking(self.sensor, self.measured.everything())
+        if lacking is None and effect.name in self._own:
+            settings = effect.variants(self.measured.circumstances)
+            try:  # a formula may have no value where the present fit puts the input
+                self.rows.design_columns([Term(effect, one) for one in settings])
+            except DataError as error:
+                return str(error)
+        return lacking
 
     def offer(self, effect: Effect) -> None:
         """Let an effect of the user's own be a suspect, too."""
         self.catalogue = (*self.catalogue, effect)
+        self._own.add(effect.name)
         self._findings = None
 
     def add(self, name: str, variant: float | None = None, near: float | None = None) -> Rung:
@@ -466,17 +415,21 @@ class Bench:
         """
         if name in self.fit.model:
             raise UsageError(f"{name} is in the model already")
-        if name in self.whole:
-            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
-            return self._climb(fit(self.measured, self.fit.terms, base), name)
         effect = next((one for one in self.effects if one.name == name), None)
-        if effect is None:
+        if effect is None and name not in self.whole:
             known = ", ".join(one.name for one in self.catalogue)
             raise UsageError(f"the {self.sensor} has no effect {name!r}; choose one of {known}")
-        lacking = self.lacking(effect)
+        lacking = None if effect is None else self.lacking(effect)
         if lacking is not None:
             raise DataError(f"{name} cannot be added: {lacking}")
-        return self._climb(self._with(effect, variant, near), name)
+        try:
+            if effect is not None:
+                return self._climb(self._with(effect, variant, near), name)
+            base = tuple(term for term in self.whole if term in (*self.fit.base, name))
+            return self._climb(fit(self.measured, self.fit.terms, base), name)
+        except DataError as error:
+            self._refused[name] = str(error)
+            raise
 
     def remove(self, name: str) -> Rung:
         """Take a term out of the model, an effect or a part of the base.
@@ -505,7 +458,8 @@ class Bench:
     def retrace(self, changes: Sequence[ModelChange], own: Sequence[Effect] = ()) -> None:
         """Change the model as another bench was changed, on the data of this one.
 
-        Effects that these data cannot show, and models that they do not determine, are left out.
+        Effects that these data cannot show, and models that they do not determine, are left out;
+        ``refused`` says why.
 
         Args:
             changes: those of the other bench.
@@ -521,7 +475,9 @@ class Bench:
                 continue
             try:
                 again = fit(self.measured, terms, change.base)
-            except DataError:
+            except DataError as error:
+                if change.added is not None:
+                    self._refused[change.added] = str(error)
                 continue
             self._climb(again, change.added)
 

@@ -29,7 +29,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.noise import hold_noise
 from imucal_wizard.estimate.parameters import base_parameters
 from imucal_wizard.estimate.rate_table import RateTableExperiment
-from imucal_wizard.estimate.rest_spectrum import with_quiet_noise
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
 from imucal_wizard.estimate.table_steps import TableData
@@ -400,14 +400,15 @@ class CalibratedGyroscope(CalibratedSensor):
         del gravity
         if reference is None:
             raise DataError("there is no calibrated accelerometer to tell gravity by")
-        holds = with_quiet_noise(measured.holds, measured.readings)
+        spectrum = rest_spectrum(measured.readings, measured.holds)
+        holds = with_quiet_noise(measured.holds, spectrum)
         of, plain = reference, self.calibration
         turned = rotation_set(holds, examined(measured.rotations), plain)
         nominal = nominal_of(plain.matrix, self.unit != COUNT)
 
         def made(holds: Sequence[Hold], turned: RotationSet) -> GyroscopeExperiment:
             args = holds, turned, of, self.unit, plain, nominal
-            found = GyroscopeExperiment(*args, readings=measured.readings)
+            found = GyroscopeExperiment(*args, readings=measured.readings, spectrum=spectrum)
             found.rest = replace(found.rest, noise=found.rest.noise + self.seat)
             found.sources = (found.rest, *found.sources[1:])
             return found

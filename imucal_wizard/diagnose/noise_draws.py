@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import normal_below
+from imucal_wizard.core.statistics import median, normal_below
 from imucal_wizard.diagnose.posterior import HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 
@@ -181,7 +181,7 @@ class EffectInDraws:
             first: estimate at which the search begins, in standard deviations.
         """
         errors = 1.0 / np.sqrt((1.0 / self._draws.variance) @ self._pattern**2)
-        size = first * float(np.median(errors))
+        size = first * median(errors)
         for count, pilots, change in SEARCHES:
             used = _some(count)
             known, error = self._likely(size, used, _some(pilots)), errors[used]
@@ -292,7 +292,7 @@ def _least_kept(shares: FloatArray, left_out: float) -> float:
     return float(ordered[np.argmax(total >= left_out * total[-1])])
 
 
-def _stratified(rng: np.random.Generator, shape: tuple[int, int]) -> FloatArray:
+def _stratified(rng: "np.random.Generator", shape: tuple[int, int]) -> FloatArray:
     """Normal deviates, in each column one in each of as many equally likely ranges."""
     count, width = shape
     grid = np.linspace(-5.0, 5.0, 10_001)

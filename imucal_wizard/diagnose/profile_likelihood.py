@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
@@ -44,19 +45,11 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     grid = _grid(term, variants)
     if not grid:
         return fit(term)
-    tried: dict[float, SensorFit] = {}
-
-    def likelihood(at: float) -> float:
-        if at not in tried:
-            tried[at] = fit(replace(term, variant=float(np.exp(at))))
-        found = tried[at].minimum
-        assert found is not None  # noqa: S101 (narrows the type)
-        return unlikeliness(found)
-
-    settle(likelihood, grid, float(np.log(term.variant or 1.0)))
-    best = min(tried, key=likelihood)
-    spread = _spread(likelihood, best)
-    return _with_doubt(tried[best], tried[best + ASIDE], ASIDE / spread) if spread else tried[best]
+    tried = _Tried(lambda at: fit(replace(term, variant=float(np.exp(at)))))
+    settle(tried.unlikely, grid, float(np.log(term.variant or 1.0)))
+    best, found = tried.best
+    spread = _spread(tried.unlikely, best)
+    return _with_doubt(found, tried.fits[best + ASIDE], ASIDE / spread) if spread else found
 
 
 def most_likely_moment(fit: Fit, term: Term, between: tuple[float, float]) -> SensorFit:
@@ -67,18 +60,52 @@ def most_likely_moment(fit: Fit, term: Term, between: tuple[float, float]) -> Se
         term: with a setting between the two times.
         between: times of the holds before and after the rotation, s.
     """
-    tried: dict[float, SensorFit] = {}
+    tried = _Tried(lambda at: fit(replace(term, variant=at)))
+    # the golden section comes back to places, up to rounding
+    _narrow(lambda at: tried.unlikely(round(at, 3)), *between, 0.0)
+    return tried.best[1]
 
-    def likelihood(at: float) -> float:
-        near = round(at, 3)  # the golden section comes back to places, up to rounding
-        if near not in tried:
-            tried[near] = fit(replace(term, variant=near))
-        found = tried[near].minimum
-        assert found is not None  # noqa: S101 (narrows the type)
-        return unlikeliness(found)
 
-    _narrow(likelihood, *between, 0.0)
-    return tried[min(tried, key=likelihood)]
+class _Tried:
+    """Fits of one term with different settings; one that does not converge is no candidate.
+
+    Args:
+        fit: with a setting.
+
+    Attributes:
+        fits: those that converge, by setting.
+    """
+
+    def __init__(self, fit: Callable[[float], SensorFit]) -> None:
+        self._fit = fit
+        self._unlikely: dict[float, float] = {}
+        self._problem: DataError | None = None
+        self.fits: dict[float, SensorFit] = {}
+
+    def unlikely(self, at: float) -> float:
+        """See ``unlikeliness``; infinite where the fit does not converge."""
+        if at not in self._unlikely:
+            self._unlikely[at] = np.inf
+            try:
+                self.fits[at] = self._fit(at)
+            except DataError as error:
+                self._problem = error
+            else:
+                found = self.fits[at].minimum
+                assert found is not None  # noqa: S101 (narrows the type)
+                self._unlikely[at] = unlikeliness(found)
+        return self._unlikely[at]
+
+    @property
+    def best(self) -> tuple[float, SensorFit]:
+        """The likeliest setting and its fit.
+
+        Raises:
+            DataError: no fit converges.
+        """
+        if not self.fits and self._problem is not None:
+            raise self._problem
+        return min(self.fits.items(), key=lambda one: self._unlikely[one[0]])
 
 
 def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:

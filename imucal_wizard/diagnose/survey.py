@@ -8,6 +8,7 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.change_text import reasons_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.next_poses import disturbed_parts, first_requests, next_requests
 from imucal_wizard.diagnose.verdict import (
@@ -51,7 +52,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         if not added:
             # what data held out do not confirm is not missing for certain
             return replace(found, opinion=unconfirmed(found.opinion))
-        bench.state(added, found.opinion)
+        bench.keep(reasons_of(bench, added, found.opinion))
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()
     if last.opinion.shapeless:
@@ -70,9 +71,10 @@ def _complete_base(bench: Bench) -> None:
     """Put back what was left out of the base, where data held out are for it."""
     for name in bench.whole:
         if name not in bench.fit.base:
-            bench.add(name)
-            if not bench.confirmed():
-                bench.undo()
+            with suppress(DataError):  # the bench keeps why it cannot be fitted
+                bench.add(name)
+                if not bench.confirmed():
+                    bench.undo()
 
 
 def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
@@ -89,7 +91,7 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     alone = [(name,) for name in chosen] if len(chosen) > 1 else []
     for names in (*alone, chosen):
         below = len(bench.ladder)
-        with suppress(DataError):  # what cannot be fitted is not confirmed either
+        with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
                 bench.add(name, near=near[name])
             enough = names == chosen or bench.look().opinion.shapeless

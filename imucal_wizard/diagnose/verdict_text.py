@@ -9,6 +9,7 @@ import numpy as np
 from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
+from imucal_wizard.diagnose.change_text import change_held_out
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -496,6 +497,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"{_capital(bench.ladder[-1].added)} was added by hand, but held-out data do not "
             f"confirm it: {_change(bench)}. Take it out again."
         )
+    sentences += [f"{_capital(why)}." for why in bench.refused]
     return [one for one in sentences if one] + _new_poses(diagnosis)
 
 
@@ -527,7 +529,7 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     unit, now = bench.fit.unit, bench.fit.held_out_in_noise
     if diagnosis.added:
         below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
-        one = bench.change_held_out(below, above)
+        one = change_held_out(bench, below, above)
         noise = f", where noise alone gives {quantity(above.floor, unit)}" * one.in_unit
         return [
             f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
@@ -537,7 +539,7 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     then = None if trial is None else trial.held_out_in_noise
     if first is None or trial is None or now is None or then is None:
         return []
-    one = bench.change_held_out(bench.fit, trial)
+    one = change_held_out(bench, bench.fit, trial)
     if one.before == one.after:
         return [f"Adding {first.term} would leave the error on {one.of} left out at {one.before}."]
     change = f"the error on {one.of} left out from {one.before} to {one.after}"
@@ -606,7 +608,7 @@ def _against_noise(bench: Bench) -> str:
 
 def _change(bench: Bench) -> str:
     """The errors held out of the newest two models."""
-    one = bench.change_held_out(*bench.ladder[-2:])
+    one = change_held_out(bench, *bench.ladder[-2:])
     return f"{one.before} before, {one.after} with it"
 
 

@@ -5,12 +5,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import Series
+from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
 from imucal_wizard.estimate.recording import fit_accelerometer
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum, rest_spectrum
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.measurement.field_quality import without_repeats
 
@@ -68,11 +69,13 @@ def method_rows(
 
 
 def _gyroscopes(report: FitReport, reference: SensorFit, unit: str) -> list[MethodRow]:
+    both = report.sensors.get("gyroscope")
+    readings = None if both is None or both.experiment is None else both.experiment.readings
+    known = readings, rest_spectrum(readings, report.holds)
     rows = [
-        _row(report, "gyroscope", name, _gyroscope(report, reference, unit, name))
+        _row(report, "gyroscope", name, _gyroscope(report, reference, unit, name, *known))
         for name in MethodNames("gyroscope")
     ]
-    both = report.sensors.get("gyroscope")
     if both is not None and both.method not in MethodNames("gyroscope"):
         rows.append(MethodRow("gyroscope", both.method, "N", both))
     return rows
@@ -113,12 +116,16 @@ def _accelerometer(report: FitReport, unit: str, name: str) -> Fit:
     return lambda: fit_accelerometer(report.holds, report.gravity, unit, name)
 
 
-def _gyroscope(report: FitReport, reference: SensorFit, unit: str, name: str) -> Fit:
-    own = report.sensors.get("gyroscope")
-    readings = None if own is None or own.experiment is None else own.experiment.readings
-
+def _gyroscope(
+    report: FitReport,
+    reference: SensorFit,
+    unit: str,
+    name: str,
+    readings: Readings | None,
+    spectrum: RestSpectrum | None,
+) -> Fit:
     def make() -> SensorFit:
-        args = report.holds, report.rotations, reference, unit, name, readings
+        args = report.holds, report.rotations, reference, unit, name, readings, spectrum
         found = fit_gyroscope(*args)
         if found.fit is None:
             raise DataError("; ".join(found.warnings))

@@ -439,16 +439,26 @@ def minimum(
         if length < arrived or length == np.inf:
             break
     if not length < VALLEY:
-        undo = ", or remove the last effect" if terms else ""
-        raise DataError(
-            f"the fit of the {experiment.sensor} does not converge: these data do not belong to "
-            "one calibration of this model. Check columns, unit, sampling rate and the largest "
-            f"residuals{undo}"
-        )
+        raise _no_convergence(experiment.sensor, [term.name for term in terms])
     system = problem.system(calibration, rows, system.columns)
     balance = solve(system)
     return Minimum(
         experiment, chosen, free, together, calibration, rows, system, balance, independent
+    )
+
+
+def _no_convergence(sensor: str, effects: Sequence[str]) -> DataError:
+    """What is said of a fit that does not converge, with these effects or without any."""
+    if not effects:
+        return DataError(
+            f"the fit of the {sensor} does not converge: these data do not belong to one "
+            "calibration of this model. Check columns, unit, sampling rate and the largest "
+            "residuals"
+        )
+    them, together = ("them", " together") if len(effects) > 1 else ("it", "")
+    return DataError(
+        f"{' and '.join(effects)} cannot be fitted to these data{together}: the fit of the "
+        f"{sensor} with {them} does not converge. Look at the largest residuals first"
     )
 
 

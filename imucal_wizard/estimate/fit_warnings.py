@@ -1,6 +1,5 @@
 """Warnings that follow from a finished fit: a wrong unit, range or rate, exchanged axes."""
 
-import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -169,11 +168,13 @@ def said_better(note: str, notes: Sequence[str]) -> bool:
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     """How many rotations could not be used, and why, without what would have been advised then."""
-    reasons: dict[str, list[str]] = {}
+    reasons: dict[str | NoticeKind, list[str]] = {}
     for rotation in rotations:
         if rotation.problem:
             reason = rotation.problem.partition(":")[0]
-            reasons.setdefault(re.sub(r"[+−]?\d+(\.\d+)?", "#", reason), []).append(reason)
+            # gaps of any length are one reason
+            gap = of_kind([rotation.problem], NoticeKind.GAP)
+            reasons.setdefault(NoticeKind.GAP if gap else reason, []).append(reason)
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))

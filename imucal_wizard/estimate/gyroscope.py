@@ -24,11 +24,11 @@ from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.noise import has_rate, rest_of
 from imucal_wizard.estimate.parameters import full_parameters, unit_of
-from imucal_wizard.estimate.rest_spectrum import rest_spectrum
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
-from imucal_wizard.estimate.sampling_loss import AtRest, sampling_loss
+from imucal_wizard.estimate.sampling_loss import sampling_loss
 from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     estimate_slow_errors,
@@ -90,6 +90,7 @@ class GyroscopeExperiment(Movable):
         more: rows of other kinds.
         lost: variance per second by what sampling loses, rad²/s; None for what the spectrum of the
             rates allows.
+        spectrum: of the readings at rest, where it is known.
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
@@ -107,6 +108,7 @@ class GyroscopeExperiment(Movable):
         readings: Readings | None = None,
         more: Sequence[RowSource] = (),
         lost: float | None = None,
+        spectrum: RestSpectrum | None = None,
     ) -> None:
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
@@ -125,15 +127,12 @@ class GyroscopeExperiment(Movable):
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
-            rest, series = self.noise_at_rest, None if readings is None else readings.gyroscope
-            white, single = float(rest.per_second.mean()), float(rest.per_sample.mean())
-            at_rest = AtRest(white, single, single)
-            if series is not None and (shown := rest_spectrum(series, holds)) is not None:
-                gains = (start.matrix**2).mean(axis=0)
-                half, quarter = float(gains @ shown.half), float(gains @ shown.quarter)
-                at_rest = AtRest(white, half, quarter, shown.count)
-            rates = rotations.rates(start)
-            lost = sampling_loss(rotations.samples, rates, at_rest, float(rounding.mean()))
+            rest = self.noise_at_rest
+            at_rest = RestSpectrum(rest.per_second, rest.per_sample, rest.per_sample)
+            if spectrum is not None:
+                at_rest = spectrum.of_rates(start.matrix)
+            args = rotations.samples, rotations.rates(start), at_rest
+            lost = sampling_loss(*args, float(rest.per_second.mean()), float(rounding.mean()))
         self.lost = lost
         self.long_rest = None
         if readings is not None and readings.gyroscope is not None:

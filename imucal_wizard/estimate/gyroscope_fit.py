@@ -14,6 +14,7 @@ from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.noise import has_rate
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rotation_set import rotation_set
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -52,6 +53,7 @@ def gyroscope_minimum(
     unit: str,
     readings: Readings | None = None,
     near: FloatArray | None = None,
+    spectrum: RestSpectrum | None = None,
 ) -> Minimum[GyroscopeExperiment]:
     """The fit without effects of what these rotations determine.
 
@@ -62,6 +64,7 @@ def gyroscope_minimum(
         unit: of the readings.
         readings: what the holds were found in, for the session's beginning and the temperature.
         near: a matrix to begin from, where one is known, shape (3, 3).
+        spectrum: of the readings at rest, where it is known.
 
     Raises:
         DataError: no usable rotation, no mean at rest, or the rotations do not determine a scale
@@ -78,7 +81,8 @@ def gyroscope_minimum(
         matrix = start_matrix(turned.samples, *ends, turned.up, rest, known)
     nominal = nominal_of(matrix, known)
     start = Parameters(matrix, rest)
-    rough = GyroscopeExperiment(holds, turned, reference, unit, start, nominal, readings=readings)
+    rows = holds, turned, reference, unit, start, nominal
+    rough = GyroscopeExperiment(*rows, readings=readings, spectrum=spectrum)
     whole = replace(rough.directions(BASE), precision=datasheet_precision(nominal, matrix))
     return of_determined(minimum(rough, directions=whole), nominal)
 

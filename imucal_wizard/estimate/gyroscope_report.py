@@ -27,6 +27,7 @@ from imucal_wizard.estimate.methods.single_axis import (
 )
 from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.estimate.outliers import Outlier
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.estimate.rounded import rate_shift, rate_step
@@ -73,6 +74,7 @@ def fit_gyroscope(
     unit: str,
     method: str = DEFAULTS["gyroscope"],
     readings: Readings | None = None,
+    spectrum: RestSpectrum | None = None,
 ) -> GyroscopeReport:
     """Fit the gyroscope with gravity, as the accelerometer saw it, as the reference.
 
@@ -83,6 +85,7 @@ def fit_gyroscope(
         unit: of the gyroscope's readings.
         method: the default, or a published one; ``offset`` looks at the holds alone.
         readings: what the holds were found in, for the effects that are fitted to them later.
+        spectrum: of the gyroscope's readings in the holds, where it is known.
 
     Raises:
         DataError: the method needs what these data do not have.
@@ -91,7 +94,7 @@ def fit_gyroscope(
     rotations, reference = examined(rotations), accelerometer.reference
     if reference is None:
         raise DataError("there is no fitted accelerometer to go on from")
-    args = holds, rotations, accelerometer, unit, readings
+    args = holds, rotations, accelerometer, unit, readings, None, spectrum
     if method == "offset":  # needs no rotation, so nothing below may refuse it
         turned = [rotation for rotation in rotations if rotation.problem is None]
         rounding = rate_shift(holds, rate_step(turned)) if turned else 0.0

@@ -116,8 +116,9 @@ def aided_start(
         within = np.vstack([before[index], up[first + 1 : past - 1], after[index]])
         time, reading = samples.time[first:past], samples.reading[first:past]
         rows, changes = _pieces(time, reading, within, bias)
-        normal += np.einsum("kcp,kcq->pq", rows, rows)
-        slope += np.einsum("kcp,kc->p", rows, changes)
+        rows = rows.reshape(-1, 9)
+        normal += rows.T @ rows
+        slope += rows.T @ changes.ravel()
     # signal of the strongest direction against the few per cent that hand motion spoils
     return np.asarray(np.linalg.pinv(normal, rcond=1e-6, hermitian=True) @ slope).reshape(3, 3)
 

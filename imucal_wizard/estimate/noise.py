@@ -430,17 +430,19 @@ def _tilt(
         nothing is known; the holds that show one, shape (h,).
     """
     out, freedom = np.full((2, len(holds)), np.nan), np.zeros(len(holds), np.int64)
-    for place, (one, up) in enumerate(zip(holds, reference.up, strict=True)):
-        if one.sway is None or one.gyroscope is None:
-            continue
-        across = np.eye(3) - np.outer(up, up)
-        read = np.hstack([across * reference.gain / reference.gravity, np.zeros((3, 4))])
+    shown = [k for k, one in enumerate(holds) if one.sway is not None and one.gyroscope is not None]
+    if shown:
+        up, sway = reference.up[shown], np.array([holds[k].sway for k in shown])
+        rate = np.array([holds[k].gyroscope for k in shown], np.float64) - bias
+        read, turned = np.zeros((2, len(shown), 3, 7))
+        read[:, :, :3] = np.eye(3) - up[:, :, None] * up[:, None, :]
+        read *= reference.gain / reference.gravity
         # a body that turns by φ sees up move by up × φ
-        turned = np.column_stack([matrix, matrix @ (one.gyroscope - bias)])
-        turned = np.hstack([np.zeros((3, 3)), np.cross(up, turned.T).T])
+        turned[:, :, 3:6], turned[:, :, 6] = matrix, rate @ matrix.T
+        turned[:, :, 3:] = np.cross(up[:, :, None], turned[:, :, 3:], axis=1)
         for row, tilts in enumerate((read, read - turned)):
-            out[row, place] = 0.5 * np.trace(tilts @ one.sway @ tilts.T)
-        freedom[place] = 2 * one.noise_freedom
+            out[row, shown] = 0.5 * ((tilts @ sway) * tilts).sum(axis=(1, 2))
+        freedom[shown] = [2 * holds[k].noise_freedom for k in shown]
     known = np.isfinite(out).all(axis=0)
     followed = known & (out[1] < out[0])
     if 2 * followed.sum() - known.sum() <= SURE * np.sqrt(known.sum()):

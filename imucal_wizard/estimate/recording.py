@@ -31,9 +31,9 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyrosco
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
-from imucal_wizard.estimate.rest_spectrum import with_quiet_noise
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.rounded import rounding_warnings, steps_in, with_rounding
+from imucal_wizard.estimate.rounded import Steps, rounding_warnings, steps_in, with_rounding
 from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
@@ -155,19 +155,19 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
         *readings.warnings,
         *([] if on_table else _apart(apart, holds, readings)),
         *axes_without_noise(holds, steps[0]),
-        *rounding_warnings(holds, steps, _in_steps(readings, units)),
+        *rounding_warnings(holds, steps, _in_steps(readings, steps, units)),
     )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
 
 
-def _in_steps(readings: Readings, units: dict[str, str]) -> dict[str, str]:
+def _in_steps(readings: Readings, steps: Steps, units: dict[str, str]) -> dict[str, str]:
     """The units of the sensors whose readings come in steps."""
     return {
         sensor: units[sensor]
-        for sensor, series in inertial_sensors(readings)
-        if in_steps(series.values)
+        for (sensor, series), step in zip(inertial_sensors(readings), steps, strict=False)
+        if step is not None and in_steps(series.values, step)
     }
 
 
@@ -386,7 +386,8 @@ def fit_holds(
         holds, options.gravity, units["accelerometer"], options.method, readings
     )
     assert accelerometer.reference is not None  # noqa: S101 (narrows the type)
-    named = with_quiet_noise(_with_poses(holds, accelerometer.reference.up), readings)
+    spectrum = rest_spectrum(readings, holds) if "gyroscope" in units else None
+    named = with_quiet_noise(_with_poses(holds, accelerometer.reference.up), spectrum)
     rotations = [_between(rotation, named) for rotation in rotations]
     odd: dict[str, str] = {}
     if accelerometer.outlier is not None:
@@ -398,9 +399,8 @@ def fit_holds(
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
     if "gyroscope" in units:
-        gyroscope = fit_gyroscope(
-            named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method, readings
-        )
+        args = named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method
+        gyroscope = fit_gyroscope(*args, readings, spectrum)
         rotations = list(gyroscope.rotations)
         notes += rotation_warnings(rotations)
         if gyroscope.fit is not None:

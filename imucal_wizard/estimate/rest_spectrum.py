@@ -6,12 +6,13 @@ moves least. A low-pass filter in the sensor lessens the noise above its corner:
 power from f/4 to f/2 shows it (f: sampling rate), and bands above the corner do not count.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise import pooled
 from imucal_wizard.measurement.holds import Hold
@@ -40,7 +41,7 @@ CLEAR = 3.0
 
 @dataclass(frozen=True, eq=False)
 class RestSpectrum:
-    """Power density on each axis, reading units² s, shape (3,) each.
+    """Power density on each axis, reading units² s or rad²/s, shape (3,) each.
 
     Attributes:
         quiet: where the device moves least, below the corner of a filter.
@@ -52,35 +53,67 @@ class RestSpectrum:
     quiet: FloatArray
     half: FloatArray
     quarter: FloatArray
-    count: float
+    count: float = np.inf
+
+    def of_rates(self, matrix: FloatArray) -> "RestSpectrum":
+        """The spectrum of the corrected rates, rad²/s.
+
+        Args:
+            matrix: M, rad/s per reading.
+        """
+        gains = matrix**2
+        return RestSpectrum(gains @ self.quiet, gains @ self.half, gains @ self.quarter, self.count)
+
+    def tremor(self, noise: float) -> float:
+        """What a hand adds around f/2, mean of the axes; 0 where it is not clear.
+
+        Args:
+            noise: of the sensor at low frequencies, mean of the axes.
+        """
+        half = float(self.half.mean())
+        return half - noise if self._exceeds(half, noise) else 0.0
+
+    def corner(self, noise: float) -> float:
+        """Corner of the sensor's filter in units of f; ∞ without one, and where a tremor hides it.
+
+        Args:
+            noise: see ``tremor``.
+        """
+        half, quarter = float(self.half.mean()), float(self.quarter.mean())
+        return np.inf if self._exceeds(quarter, noise) else filter_corner(half, quarter, self.count)
+
+    def _exceeds(self, power: float, noise: float) -> bool:
+        """Whether power is clearly more than noise."""
+        return power > noise * (1.0 + CLEAR / math.sqrt(max(self.count, 1.0)))
 
 
-def with_quiet_noise(holds: Sequence[Hold], readings: Readings | None) -> list[Hold]:
-    """The holds with the gyroscope's noise by its quietest frequencies.
+def with_quiet_noise(holds: Sequence[Hold], spectrum: RestSpectrum | None) -> list[Hold]:
+    """The holds with the gyroscope's noise by its quietest frequencies, where these are known.
 
     Args:
         holds: still periods.
-        readings: what they were found in, where it is at hand.
+        spectrum: of the gyroscope's readings in them.
     """
-    series = None if readings is None else readings.gyroscope
-    found = None if series is None else rest_spectrum(series, holds)
-    if found is None:
+    if spectrum is None:
         return list(holds)
     return [
         one
         if one.gyroscope is None
-        else replace(one, gyroscope_quiet=found.quiet / (one.end - one.start))
+        else replace(one, gyroscope_quiet=spectrum.quiet / (one.end - one.start))
         for one in holds
     ]
 
 
-def rest_spectrum(series: Series, holds: Sequence[Hold]) -> RestSpectrum | None:
-    """The spectrum of the readings in holds; None where these are too short.
+def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpectrum | None:
+    """The spectrum of the gyroscope's readings in holds; None where these do not show it.
 
     Args:
-        series: readings of the gyroscope.
+        readings: what the holds were found in, where it is at hand.
         holds: still periods.
     """
+    series = None if readings is None else readings.gyroscope
+    if series is None:
+        return None
     levels, ends, counts, seen = [], [], [], 0
     edges = BAND * np.arange(1.0, max(int(min(series.rate / 4.0, HIGHEST) / BAND), 2) + 1.0)
     for hold in holds:

@@ -22,20 +22,18 @@ tremor that has n times the power at f/2 in motion then aliases n times of that 
 """
 
 import itertools
-import math
 
 import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.rest_spectrum import (
     CLEAR,
     HALF,
     IMAGES,
     MIN_SPECTRUM_SAMPLES,
-    filter_corner,
+    RestSpectrum,
     passed,
 )
 
@@ -48,56 +46,28 @@ TAPERED = 0.05
 """Share of a rotation at either end that is faded; the device hardly moves there."""
 
 
-@dataclass(frozen=True)
-class AtRest:
-    """The spectrum of the rates at rest, mean of the axes, rad²/s.
-
-    Attributes:
-        noise: of the sensor at low frequencies.
-        half: around f/2.
-        quarter: around f/4.
-        count: independent values around f/2.
-    """
-
-    noise: float
-    half: float
-    quarter: float
-    count: float = np.inf
-
-    def _clear(self, power: float) -> bool:
-        """Whether power is more than noise."""
-        return power > self.noise * (1.0 + CLEAR / math.sqrt(max(self.count, 1.0)))
-
-    @property
-    def tremor(self) -> float:
-        """What a hand adds around f/2; 0 where it is not clear."""
-        return self.half - self.noise if self._clear(self.half) else 0.0
-
-    @property
-    def corner(self) -> float:
-        """Corner of the sensor's filter; ∞ without one, and where a tremor hides it."""
-        if self._clear(self.quarter):
-            return np.inf
-        return filter_corner(self.half, self.quarter, self.count)
-
-
 def sampling_loss(
-    samples: RotationSamples, rate: FloatArray, at_rest: AtRest, rounding: float = 0.0
+    samples: RotationSamples,
+    rate: FloatArray,
+    at_rest: RestSpectrum,
+    noise: float,
+    rounding: float = 0.0,
 ) -> float:
     """Variance per second of the integral of a rate about one axis, rad²/s.
 
     Args:
         samples: of the rotations.
         rate: corrected rate of each sample, rad/s, shape (n, 3).
-        at_rest: the spectrum at rest.
+        at_rest: the spectrum of the rates at rest.
+        noise: of the sensor at low frequencies, mean of the axes, rad²/s.
         rounding: variance × time by rounding that is not seen at rest, rad²/s.
     """
     half, lower, count = _in_motion(samples, rate)
-    own = at_rest.half + rounding
+    own = float(at_rest.half.mean()) + rounding
     if half - own <= CLEAR * own / np.sqrt(max(count, 1)):
         return 0.0
     half, lower = half - own, lower - own
-    corner = at_rest.corner
+    corner = at_rest.corner(noise)
 
     def image(at: float) -> FloatArray:
         """What is folded back to ``at`` for each power law with P(f/2) = 1."""
@@ -108,8 +78,8 @@ def sampling_loss(
     falls = image(0.475) / image(0.375)
     law = int(np.argmin(np.abs(np.log(falls) - np.log(half / max(lower, 0.5 * half)))))
     lost = float(half * image(0.0)[law] / image(0.475)[law])
-    tremor = at_rest.tremor
-    return min(lost, half / tremor * at_rest.noise) if tremor else lost
+    tremor = at_rest.tremor(noise)
+    return min(lost, half / tremor * noise) if tremor else lost
 
 
 def _in_motion(samples: RotationSamples, rate: FloatArray) -> tuple[float, float, int]:

@@ -274,7 +274,7 @@ def unsigned_counts(readings: Readings) -> str:
     for sensor, series in inertial_sensors(readings):
         if series.unit != COUNT or not len(series):
             continue
-        rest = np.median(series.values, axis=0)
+        rest = np.array([median(axis) for axis in series.values.T])
         top = next((2.0**bits for bits in WORD_BITS if rest.max() < 2.0**bits), np.inf)
         if rest.min() >= 0.0 and rest.max() >= 0.75 * top and rest.min() <= 0.25 * top:
             return (

@@ -499,6 +499,7 @@ class Rests:
         self._unrest = calm + np.where(np.isnan(turning), _WITHOUT_GYROSCOPE, turning)
         self._unrest[~self._full] = np.inf
         self._known: dict[int, tuple[int, int]] = {}
+        self._around: dict[int, tuple[int, int]] = {}
 
     def within(self, first: int, past: int, shortest: int) -> list[tuple[int, int]]:
         """The rests in a run of still windows, each as its first window and past its last.
@@ -524,12 +525,14 @@ class Rests:
     def around(self, first: int, past: int) -> tuple[int, int]:
         """The rest around the calmest of some windows: its first window and past its last."""
         calmest, seen = first + int(self._unrest[first:past].argmin()), set[int]()
-        while True:
+        begun = calmest
+        while begun not in self._around:
             begin, end = self._rest(calmest)
             seen.add(calmest)
             calmest = begin + int(self._unrest[begin:end].argmin())
             if calmest in seen:
-                return begin, end
+                self._around[begun] = begin, end
+        return self._around[begun]
 
     def _rest(self, calmest: int) -> tuple[int, int]:
         """All windows around this one within the limit that they make themselves."""

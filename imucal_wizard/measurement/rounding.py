@@ -60,15 +60,15 @@ def resolution_of(values: FloatArray) -> FloatArray:
     return np.array([_step(column) for column in np.concatenate(pieces).T])
 
 
-def in_steps(values: FloatArray) -> bool:
+def in_steps(values: FloatArray, steps: FloatArray) -> bool:
     """Whether readings change by whole multiples of their resolution.
 
     Numbers that are printed with many digits have a smallest change, too, but it is no step.
 
     Args:
         values: readings in order of time, shape (n, axes).
+        steps: their resolution, shape (axes,).
     """
-    steps = resolution_of(values)
     changes = np.abs(np.diff(values[: 2 * SAMPLES_PER_SLICE], axis=0))
     ratio = changes[:, steps > 0.0] / steps[steps > 0.0]
     few = ratio[(ratio > 0.0) & (ratio < FEW_STEPS)]

@@ -36,6 +36,7 @@ from imucal_wizard.core.limits.stillness import (
     VARIANCE_FACTORS,
     WINDOW_BLOCKS,
 )
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import (
     MAX_SAMPLE_INTERVALS,
     BoolArray,
@@ -282,7 +283,7 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         return []
     most = np.maximum(limits.rate, stream.least_rate)
     found = []
-    for one in holds_under(replace(stream, resting_rate=None, holds={}), limits):
+    for one in holds_under(replace(stream, resting_rate=None), limits):
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
         off = one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > most).any()
         if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
@@ -480,9 +481,10 @@ def _problem(part: Series, interval: float, start: float, end: float) -> str | N
         return "no gyroscope samples in it"
     gap = largest_gap(part.time, start, end)
     if gap > MAX_SAMPLE_INTERVALS * interval:
-        interrupted = across_restarts(np.array([gap])).any()
-        why = "the recording was interrupted in it" if interrupted else f"a gap of {gap:.2f} s"
-        return f"{why}: the angle in it is not known"
+        unknown = "the angle in it is not known"
+        if across_restarts(np.array([gap])).any():
+            return f"the recording was interrupted in it: {unknown}"
+        return Notice(f"a gap of {gap:.2f} s: {unknown}", NoticeKind.GAP, "gyroscope")
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

@@ -86,6 +86,17 @@ def as_signed(values: FloatArray) -> FloatArray | None:
     return twos_complement(values, bits) if bits else None
 
 
+def changed_sign(read: FloatArray, meant: FloatArray) -> tuple[float, float] | None:
+    """The first number that was written as an unsigned one, and what it means; None without any.
+
+    Args:
+        read: counts, shape (n, 3).
+        meant: the same with their signs.
+    """
+    places = np.argwhere(meant != read)
+    return (float(read[tuple(places[0])]), float(meant[tuple(places[0])])) if len(places) else None
+
+
 def signs_note(sensor: str, read: float, meant: float) -> str:
     """The message about negative counts that are read as such.
 

@@ -192,11 +192,7 @@ class FormulaEffect(Effect):
         return self._parameters
 
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
-        """As typed; shape (n, 3, p).
-
-        Raises:
-            UsageError: the formula has no finite value on these rows.
-        """
+        """As typed; shape (n, 3, p); not finite where the formula has no value."""
         del variant
         variables = variables_of(c)
         si = UNITS[sensor][1]
@@ -215,11 +211,6 @@ class FormulaEffect(Effect):
         error = np.zeros((len(c), 3))
         for rule in self._rules:
             error[:, rule.axis] += rule.value(variables, named)
-        if not np.isfinite(error).all():
-            raise UsageError(
-                f"formula {self.equation!r}: has no finite value somewhere; guard against division "
-                "by 0, roots and logarithms of what is negative"
-            )
         return error
 
     def _check(self, sensor: str) -> None:
@@ -227,10 +218,14 @@ class FormulaEffect(Effect):
         c = session_of(sensor)
         variables, p = variables_of(c), len(self._names)
         mixture = np.asarray(1.0 + 0.37 * np.arange(p), np.float64)
-        mixed = self._error(c, variables, mixture)
-        parts = sum(self._error(c, variables, row) for row in np.diag(mixture))
-        rest = self._error(c, variables, np.zeros(p))
-        doubled = self._error(c, variables, np.multiply(-2.0, mixture))
+        coefficients = [mixture, np.zeros(p), -2.0 * mixture, *np.diag(mixture)]
+        mixed, rest, doubled, *each = (self._error(c, variables, one) for one in coefficients)
+        if not np.isfinite([mixed, rest, doubled, *each]).all():
+            raise UsageError(
+                f"formula {self.equation!r}: has no finite value somewhere; guard against division "
+                "by 0, roots and logarithms of what is negative"
+            )
+        parts = sum(each)
         scale = 1e-9 * max(1.0, float(np.abs(mixed).max()))
         if max(np.abs(x).max() for x in (rest, mixed - parts, doubled + 2.0 * mixed)) > scale:
             raise UsageError(

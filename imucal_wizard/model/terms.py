@@ -110,7 +110,7 @@ def _finite(term: Term, values: FloatArray) -> FloatArray:
     if not np.isfinite(values).all():
         raise DataError(
             f"{term.name} has no value for some of these data: what it depends on was not "
-            "recorded, or its formula divides by zero"
+            "recorded, or its formula divides by zero or takes a root of what is negative"
         )
     return np.asarray(values, np.float64)
 

@@ -14,7 +14,7 @@ from imucal_wizard.estimate.gyroscope_report import silent_axes
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.data_quality import check_recording
-from imucal_wizard.measurement.rounding import in_steps
+from imucal_wizard.measurement.rounding import in_steps, resolution_of
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
 
@@ -387,8 +387,9 @@ def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> Non
     time = np.arange(4000) / 100.0
     readings = Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
     assert check_recording(readings) == ()
-    assert not in_steps(force)
-    assert in_steps(np.round(force / 0.02) * 0.02)
+    rounded = np.round(force / 0.02) * 0.02
+    assert not in_steps(force, resolution_of(force))
+    assert in_steps(rounded, resolution_of(rounded))
 
 
 def test_samples_that_are_printed_three_times_are_told() -> None:

@@ -8,14 +8,17 @@ from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
-from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.blocks import Blocks
+from imucal_wizard.measurement.holds import Hold, hold_at_rest
 from imucal_wizard.measurement.segmentation import (
     ReducedRecording,
     holds_under,
     reduce_recording,
     rest_numbers,
+    rests_apart,
     rotations_between,
     usual_candidates,
 )
@@ -118,6 +121,22 @@ def test_the_limit_follows_what_the_hand_does(tremor: float) -> None:
     assert len(report.holds) >= 36
 
 
+def test_each_rest_is_summarised_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the holds under every limit, and for the rests in which the gyroscope reads otherwise."""
+    seen: list[tuple[float, float]] = []
+
+    def counted(blocks: Blocks, *rest: object) -> Hold | None:
+        seen.append((float(blocks.start[0]), float(blocks.end[-1])))
+        return hold_at_rest(blocks, *rest)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(segmentation, "hold_at_rest", counted)
+    stream = reduce_recording(session())
+    assert stream is not None
+    holds = holds_at(stream, 16.0)
+    assert rests_apart(stream, holds) == []
+    assert len(seen) == len(set(seen)) >= len(holds)
+
+
 def test_candidates_are_all_different_and_grow() -> None:
     """From the strictest limit to the loosest; a limit that changes nothing is not repeated."""
     stream = reduce_recording(session())
@@ -146,6 +165,28 @@ def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
     assert len(faulty) == 1
     assert "gap of 0.5" in (faulty[0].problem or "")
     assert faulty[0].time[0] < middle < faulty[0].time[-1]
+
+
+def test_gaps_of_any_length_are_one_reason() -> None:
+    """What was said of them is counted by what it is about, and other reasons by their words."""
+    stream = session()
+    report = fit_readings(stream)
+    time, cut = stream.accelerometer.time, np.zeros(len(stream), bool)
+    for one, seconds in zip(report.rotations, (0.3, 0.5), strict=False):
+        middle = 0.5 * (one.time[0] + one.time[-1])
+        cut |= (time > middle) & (time < middle + seconds)
+    own = stream.accelerometer
+    left = Series(time[~cut], own.values[~cut], own.unit)
+    gyroscope = Series(time[~cut], _gyroscope(stream).values[~cut], "rad/s")
+    holds = report.holds
+    first, second, *others = rotations_between(holds, gyroscope, left)
+    assert first.problem != second.problem
+    others[0] = replace(others[0], problem="it was 2 of 3")
+    others[1] = replace(others[1], problem="it was 3 of 3")
+    (said,) = rotation_warnings([first, second, *others])
+    assert "4 of" in said
+    assert f"{str(first.problem).partition(':')[0]} (2 times)" in said
+    assert "it was 2 of 3 (once), it was 3 of 3 (once)" in said
 
 
 def test_sensors_may_have_their_own_rates() -> None:

@@ -10,8 +10,10 @@ import pytest
 
 from imucal_wizard.api import load
 from imucal_wizard.cli import main as cli
+from imucal_wizard.model.effects.second_order import SecondOrder
 from imucal_wizard.simulate.recording import simulate_recording
 from tests.cli.flat import flat_recording
+from tests.model.restless import restless
 
 pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
@@ -277,3 +279,13 @@ def test_no_axis_is_said_to_stand_out_where_nothing_is_missing(
     printed = capsys.readouterr().out
     assert "nothing is missing" in printed
     assert "stands out" not in printed
+
+
+def test_a_term_that_cannot_be_fitted_is_refused_in_words(
+    recording: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    restless(monkeypatch, SecondOrder)
+    assert cli.main(["bench", str(recording), "--add", "second-order", "--json", "-"]) == 1
+    said = capsys.readouterr()
+    assert json.loads(said.out)["error"] in said.err
+    assert "second-order cannot be fitted to these data" in said.err

@@ -5,7 +5,15 @@ import pickle
 
 import pytest
 
-from imucal_wizard.core.notices import Notice, NoticeKind, begun, not_calibrated, of_kind
+from imucal_wizard.core.notices import (
+    Notice,
+    NoticeKind,
+    begun,
+    not_calibrated,
+    of_kind,
+    reworded,
+    same_matter,
+)
 from imucal_wizard.core.output import encode_json
 
 DEAD = Notice("the gyroscope's x axis never changes", NoticeKind.DEAD, "gyroscope")
@@ -26,6 +34,13 @@ def test_words_before_a_warning_leave_its_kind() -> None:
     (found,) = of_kind([begun("a.csv: ", DEAD)], NoticeKind.DEAD, sensor="gyroscope")
     assert found == f"a.csv: {DEAD}"
     assert type(begun("a.csv: ", "no kind")) is str
+
+
+def test_two_statements_are_of_one_matter_by_kind_and_sensor() -> None:
+    assert same_matter(DEAD, reworded("it shows nothing", DEAD))
+    assert not same_matter(DEAD, Notice(DEAD, NoticeKind.DEAD, "accelerometer"))
+    assert not same_matter(str(DEAD), str(DEAD))
+    assert type(reworded("no kind", "either")) is str
 
 
 def test_a_checkpoint_keeps_the_kind() -> None:

@@ -6,6 +6,7 @@ The whole of it is ``python -m benchmarks.hidden_effects``.
 from collections import Counter
 from functools import cache
 
+import numpy as np
 import pytest
 
 from benchmarks.hidden.designs import REPEATED, STANDARD, Plan
@@ -13,6 +14,8 @@ from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.scenarios import Scenario, bent, single, two, usual
 from benchmarks.hidden.table import outcome
 from benchmarks.hidden.trialled import chances_of, try_out
+from imucal_wizard.model.effects.second_order import SecondOrder
+from tests.model.restless import restless
 
 pytestmark = pytest.mark.study
 
@@ -54,6 +57,18 @@ def test_with_repeats_an_effect_at_twice_its_nameable_size_is_found(term: str) -
     """The family is right."""
     found = counted(REPEATED, single(term, 2.0), 3)
     assert sum(found[name] for name in RIGHT) == 3
+
+
+def test_an_effect_that_cannot_be_fitted_counts_as_what_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its size is then not known, and the verdict is that of its rank."""
+    chances = CHANCES(REPEATED, CONSUMER)
+    restless(monkeypatch, SecondOrder)
+    one = try_out(REPEATED, CONSUMER, single("second-order", 2.0), chances, [99, 0])
+    assert np.isnan(one.after)
+    assert one.sure is None
+    assert outcome(one) not in ("WRONG", "complete")
 
 
 def test_two_effects_are_found_together() -> None:

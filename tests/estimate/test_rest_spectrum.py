@@ -1,12 +1,17 @@
 """A gyroscope's own noise in holds of a hand that sways and trembles."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.estimate.rest_spectrum import rest_spectrum
+from imucal_wizard.acquire.files.recording_files import read_files
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.rest_spectrum import _quietest, rest_spectrum
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.simulate.recording import simulate_recording
 
 NOISE = 1e-4
 """White noise, rad/s/√Hz, two-sided."""
@@ -21,6 +26,11 @@ def _moving(time: FloatArray, tremor: tuple[float, float], rng: np.random.Genera
             wave = np.sin(2.0 * np.pi * frequency * time[:, None] + phase + np.arange(3.0))
             rate += np.radians(size) / 2.0 * wave
     return rate
+
+
+def _read(time: FloatArray, rate: FloatArray) -> Readings:
+    """A recording of the gyroscope, beside an accelerometer that is not asked."""
+    return Readings(Series(time, np.zeros(rate.shape), "m/s^2"), Series(time, rate, "rad/s"))
 
 
 def _holds(rate: float) -> list[Hold]:
@@ -48,7 +58,7 @@ def test_noise_is_told_from_sway_and_tremor_a_hundred_thousand_times_as_strong(
     time = np.arange(round(4.0 * HOLDS * rate)) / rate
     sizes = NOISE * np.array([0.7, 1.0, 1.5])
     noise = sizes * np.sqrt(rate) * rng.standard_normal((len(time), 3))
-    found = rest_spectrum(Series(time, _moving(time, tremor, rng) + noise, "rad/s"), _holds(rate))
+    found = rest_spectrum(_read(time, _moving(time, tremor, rng) + noise), _holds(rate))
     assert found is not None
     np.testing.assert_allclose(found.quiet, sizes**2, rtol=0.5)
 
@@ -61,11 +71,26 @@ def test_a_filter_hides_no_noise(corner: float) -> None:
     noise = NOISE * np.sqrt(1000.0) * rng.standard_normal((len(time), 3))
     moving = _moving(time, (8.0, 12.0), rng)
     passed = sosfilt(butter(2, corner / 500.0, output="sos"), moving + noise, axis=0)
-    found = rest_spectrum(Series(time[::10], passed[::10], "rad/s"), _holds(100.0))
+    found = rest_spectrum(_read(time[::10], passed[::10]), _holds(100.0))
     assert found is not None
     assert 0.4 < found.quiet.mean() / NOISE**2 < 1.3
 
 
 def test_holds_of_a_few_samples_have_no_spectrum() -> None:
     time = np.arange(400.0) / 4.0
-    assert rest_spectrum(Series(time, np.zeros((400, 3)), "rad/s"), _holds(4.0)) is None
+    assert rest_spectrum(_read(time, np.zeros((400, 3))), _holds(4.0)) is None
+
+
+def test_a_fit_looks_at_the_rests_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the noise of its holds and for what sampling loses in its rotations."""
+    seen: list[int] = []
+
+    def counted(levels: FloatArray) -> FloatArray:
+        seen.append(len(levels))
+        return _quietest(levels)
+
+    monkeypatch.setattr("imucal_wizard.estimate.rest_spectrum._quietest", counted)
+    simulate_recording(tmp_path / "short.csv", rate=25.0, poses="6", rotations=1, hold=3.0)
+    report = fit_readings(read_files([tmp_path / "short.csv"]))
+    assert report.sensors["gyroscope"].experiment is not None
+    assert seen == [len(report.holds)]

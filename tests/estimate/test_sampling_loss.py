@@ -6,12 +6,20 @@ import pytest
 from benchmarks.tremor import HANDS, compared, found
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.sampling_loss import AtRest, sampling_loss
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum
+from imucal_wizard.estimate.sampling_loss import sampling_loss
 
 STEP, FINER = 0.01, 32
 NOISE = 1e-8
 """Variance × time of a sample's noise, rad²/s."""
-CALM = AtRest(NOISE, NOISE, NOISE)
+
+
+def _at_rest(half: float, noise: float) -> RestSpectrum:
+    """White noise, but around f/2."""
+    return RestSpectrum(np.full(3, noise), np.full(3, half), np.full(3, noise))
+
+
+CALM = _at_rest(NOISE, NOISE)
 
 
 def _shaken(fall: float, rng: np.random.Generator) -> FloatArray:
@@ -35,7 +43,7 @@ def test_it_is_what_the_sum_of_samples_lacks(fall: float) -> None:
            for few, all_of_it in zip(sampled, whole, strict=True)]  # fmt: skip
     time = STEP * np.arange(300.0)
     samples = rotation_samples([time] * 60, sampled)
-    loss = sampling_loss(samples, samples.reading, AtRest(0.0, 0.0, 0.0))
+    loss = sampling_loss(samples, samples.reading, _at_rest(0.0, 0.0), 0.0)
     assert 3.0 * loss == pytest.approx(np.mean(np.square(off)), rel=0.35)
 
 
@@ -45,7 +53,7 @@ def test_noise_of_the_samples_is_no_tremor() -> None:
     for _ in range(20):
         rates = [np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3)) for _ in range(20)]
         samples = rotation_samples([time] * 20, rates)
-        assert sampling_loss(samples, samples.reading, CALM) < 0.1 * NOISE
+        assert sampling_loss(samples, samples.reading, CALM, NOISE) < 0.1 * NOISE
 
 
 def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
@@ -61,9 +69,10 @@ def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
         noise = np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3))
         rates.append(noise + 1e-2 * waves.sum(axis=1)[:, None])
     samples = rotation_samples([time] * 20, rates)
-    calm = sampling_loss(samples, samples.reading, CALM)
+    calm = sampling_loss(samples, samples.reading, CALM, NOISE)
     half = 8.0 * 0.5e-4 / (2.0 * 10.0)
-    trembling = sampling_loss(samples, samples.reading, AtRest(NOISE, 0.7 * half, NOISE))
+    shaken = _at_rest(0.7 * half, NOISE)
+    trembling = sampling_loss(samples, samples.reading, shaken, NOISE)
     assert calm > 100.0 * NOISE
     assert trembling < NOISE
 

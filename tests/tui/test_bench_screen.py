@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import number
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
@@ -13,8 +14,10 @@ from imucal_wizard.diagnose.views import views_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
+from imucal_wizard.model.effects.second_order import SecondOrder
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.screens.bench import BenchScreen
+from tests.model.restless import restless
 from tests.tui import fakes
 from tests.tui.bench_steps import app_with, open_from_wizard, ranked
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL
@@ -270,3 +273,33 @@ async def test_nothing_is_told_of_a_model_that_is_being_fitted(
         done.set()
         await shows(pilot, "model is complete")
         assert bench.fit.model[-1] == "second-order"
+
+
+async def test_an_effect_that_cannot_be_fitted_is_refused_in_words(
+    benches: Benches, bench: Bench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    restless(monkeypatch, SecondOrder)
+    async with app_with(benches).run_test(size=USUAL) as pilot:
+        await ranked(pilot)
+        await pilot.press("enter")
+        await shows(pilot, "second-order cannot be fitted to these data", "▸ second-order")
+        assert bench.fit.model == ("bias", "scale", "non-orthogonality")
+
+
+async def test_a_sensor_whose_model_is_lost_under_the_present_reference_keeps_the_bench_open(
+    sagged: Benches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = Benches.bench
+
+    def bench_of(self: Benches, sensor: str) -> Bench | None:
+        if sensor == "gyroscope":
+            raise DataError("the fit of the gyroscope does not converge")
+        return usual(self, sensor)
+
+    monkeypatch.setattr(Benches, "bench", bench_of)
+    async with app_with(sagged).run_test(size=USUAL) as pilot:
+        await shows(pilot, "model is complete")
+        await pilot.press("g")
+        await shows(pilot, "the fit of the gyroscope does not converge")
+        await pilot.press("g")
+        await shows(pilot, "model is complete")

@@ -9,9 +9,11 @@ import zlib
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from imucal_wizard.acquire.decode import is_binary
+from imucal_wizard.acquire.decode.vocabulary import SENSOR_CHANNELS
 from imucal_wizard.acquire.files import RecordingOptions, is_session
 from imucal_wizard.acquire.files.file_bytes import (
     MAX_BYTES,
@@ -32,9 +34,12 @@ from imucal_wizard.acquire.files.recording_files import (
     unreadable,
 )
 from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.stream_corrections import with_signs
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.input import is_file, open_unpacked, unpacked
-from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.core.units import COUNT
+from imucal_wizard.measurement.unsigned_counts import SignWatch, changed_sign, signs_note
 
 
 class LongRecording:
@@ -82,19 +87,26 @@ class LongRecording:
             if not found:
                 raise
             binary, setup = True, replace(setup, format=found)
-        if text == lines and whole is None:
-            pieces = _pieces_of_file(self._path, text=not binary)
-        else:
+        pieces = partial(_pieces_of_file, self._path, text=not binary)
+        if text != lines or whole is not None:
             whole = unpacked(read_bytes(self._path), MAX_BYTES) if whole is None else whole
             text, notes = (whole, ()) if binary else decode_text(whole)
-            pieces = line_pieces(text)
+            pieces = partial(line_pieces, text)
         beginning = Intake(setup, recording=True)
         beginning.feed(text, 0.0)
-        intake = Intake(named_by_file(setup, beginning, self._path.name), recording=True)
-        yield from _decoded(intake, pieces)
+        named = named_by_file(setup, beginning, self._path.name)
+        signs = _signs(_decoded(Intake(named, recording=True), pieces()))
+        intake, told = Intake(named, recording=True), dict[str, str]()
+        for readings in _decoded(intake, pieces()):
+            signed = with_signs(readings, signs)
+            for name in signs.keys() - told.keys():
+                changed = changed_sign(getattr(readings, name).values, getattr(signed, name).values)
+                if changed is not None:
+                    told[name] = signs_note(name, *changed)
+            yield signed
         if not intake.samples:
             raise unreadable(intake, setup)
-        self.warnings = (*notes, *intake.warnings, *misfits(intake))
+        self.warnings = (*notes, *intake.warnings, *told.values(), *misfits(intake))
 
     def _session(self) -> Iterator[Readings]:
         from imucal_wizard.acquire.files.session_file import (
@@ -106,13 +118,40 @@ class LongRecording:
 
         with explain_damage(self._path), closing(connect(self._path)) as connection:
             connection.execute("PRAGMA query_only = 1")
-            intake = Intake(session_setup(self._path, read_meta(connection), self._options))
-            yield from _decoded(
-                intake, ((data, arrival) for _, arrival, data in read_pieces(connection))
-            )
+            setup = session_setup(self._path, read_meta(connection), self._options)
+
+            def decoded(intake: Intake) -> Iterator[Readings]:
+                pieces = read_pieces(connection)
+                return _decoded(intake, ((data, arrival) for _, arrival, data in pieces))
+
+            first, intake = Intake(setup), Intake(setup)
+            for readings in decoded(first):
+                if first.signs or not _counts(readings):
+                    break  # a stream shows its signs once, and only counts have any to show
+            for readings in decoded(intake):
+                yield with_signs(readings, first.signs)
         if not intake.samples:
             raise RecordingError("nothing that can be read was received in this session")
         self.warnings = intake.warnings
+
+
+def _counts(readings: Readings) -> dict[str, Series]:
+    """The sensors that are read in counts."""
+    each = {name: getattr(readings, name, None) for name in SENSOR_CHANNELS}
+    return {name: one for name, one in each.items() if one is not None and one.unit == COUNT}
+
+
+def _signs(parts: Iterator[Readings]) -> dict[str, int]:
+    """Bits of the counts of a file that were written as unsigned numbers, by sensor."""
+    watches, bits = dict[str, SignWatch](), dict[str, int]()
+    for readings in parts:
+        for name, series in _counts(readings).items():
+            if len(series):
+                found = watches.setdefault(name, SignWatch()).add(series.values)
+                bits[name] = int(found[-1])
+        if not any(one.possible for one in watches.values()):
+            break
+    return {name: one for name, one in bits.items() if one}
 
 
 def _decoded(intake: Intake, pieces: Iterator[tuple[bytes, float]]) -> Iterator[Readings]:

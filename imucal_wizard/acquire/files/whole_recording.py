@@ -3,28 +3,26 @@
 The first rows of a file are read like those of a stream; these steps follow on the whole file.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-
-import numpy as np
 
 from imucal_wizard.acquire.column_guess import (
     UnitGuess,
     guess_accelerometer_unit,
     guess_magnetometer_unit,
+    unit_note,
 )
 from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
+from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilentSamples, heard_rows
+from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import true_on_all_axes
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
-from imucal_wizard.measurement.unsigned_counts import as_signed, signs_note
+from imucal_wizard.measurement.unsigned_counts import as_signed, changed_sign, signs_note
 
-_INERTIAL = ("accelerometer", "gyroscope")
-_FIELD = "magnetometer"
-_MAX_SILENT_SHARE = {"accelerometer": 0.5, _FIELD: 1.0}
+_MAX_SILENT_SHARE = {"accelerometer": 0.5, FIELD: 1.0}
 """Share of samples that are zero on all axes above which they are what the device sends: one that
 removes gravity sends zero at rest. Nothing removes the field, and a file with a line for each
 measurement of a faster sensor may be filled up with zeros to any share."""
@@ -60,10 +58,10 @@ def _measured_once(samples: FileSamples) -> FileSamples:
     The steps between the repeats look like noise, and the repeats themselves like the end of the
     range. A magnetometer's are left to its fit.
     """
-    main = next((samples.series[name] for name in _INERTIAL if name in samples.series), None)
+    main = next((samples.series[name] for name in INERTIAL if name in samples.series), None)
     if main is None:
         return samples
-    own = [name for name in _INERTIAL if name in samples.series]
+    own = [name for name in INERTIAL if name in samples.series]
     if any(samples.series[name].time is not main.time for name in own):  # not read together
         return samples
     rows = measured_rows(*(samples.series[name].values for name in own))
@@ -93,21 +91,16 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
 
 
 def _without_silent(samples: FileSamples) -> FileSamples:
-    """Without samples that are zero on all axes: gravity and the Earth's field never are."""
+    """Without the samples in which a sensor did not answer."""
     series, notes = dict(samples.series), []
     for name, most in _MAX_SILENT_SHARE.items():
         one = series.get(name)
-        silent = None if one is None else true_on_all_axes(one.values == 0.0)
-        if one is None or silent is None or not silent.any() or silent.all():
+        heard = None if one is None else SilentSamples(answered=True).heard(one.values)
+        if heard is None or not heard.any() or (~heard).mean() > most:
             continue
-        if silent.mean() > most:
-            continue
-        time = one.time[~silent]  # one array for all sensors that are read together
-        for other, beside in series.items():
-            if other == name or (name == "accelerometer" and beside.time is one.time):
-                series[other] = replace(beside, time=time, values=beside.values[~silent])
+        series |= heard_rows(series, name, heard)
         notes.append(
-            f"{plural(int(silent.sum()), 'sample')} of the {name} read exactly zero on all axes: "
+            f"{plural(int((~heard).sum()), 'sample')} of the {name} read exactly zero on all axes: "
             "the sensor did not answer, or the file was filled up; left out"
         )
     return FileSamples(series, (*samples.warnings, *notes))
@@ -116,31 +109,36 @@ def _without_silent(samples: FileSamples) -> FileSamples:
 def _signed(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:
     """With the negative numbers of counts that were written as unsigned ones."""
     series, warnings = dict(samples.series), list(samples.warnings)
-    for name in (*_INERTIAL, _FIELD):
+    for name in (*INERTIAL, FIELD):
         one = series.get(name)
         values = as_signed(one.values) if one is not None and one.unit == COUNT else None
         if one is None or values is None:
             continue
-        first = np.argwhere(values != one.values)[0]
-        as_read, is_meant = (float(array[tuple(first)]) for array in (one.values, values))
         series[name] = replace(one, values=values)
         if name == "accelerometer" and name in guesses:
             again = guess_accelerometer_unit(values)
             if again.unit == COUNT:
-                warnings = [again.why if text == guesses[name].why else text for text in warnings]
-        warnings.append(signs_note(name, as_read, is_meant))
+                warnings = _guessed_again(warnings, name, again)
+        if changed := changed_sign(one.values, values):
+            warnings.append(signs_note(name, *changed))
     return FileSamples(series, tuple(warnings))
 
 
 def _in_unit_of_field(samples: FileSamples, guesses: Mapping[str, UnitGuess]) -> FileSamples:
     """With the magnetometer in the unit that the field without its hard iron shows."""
-    series, guess = samples.series.get(_FIELD), guesses.get(_FIELD)
+    series, guess = samples.series.get(FIELD), guesses.get(FIELD)
     if guess is None or series is None or not len(series):
         return samples
-    readings = series.values / unit_factor(_FIELD, guess.unit)
+    readings = series.values / unit_factor(FIELD, guess.unit)
     found = guess_magnetometer_unit(readings)
     converted = Series(
-        series.time, readings * unit_factor(_FIELD, found.unit), si_unit(_FIELD, found.unit)
+        series.time, readings * unit_factor(FIELD, found.unit), si_unit(FIELD, found.unit)
     )
-    warnings = [found.why if text == guess.why else text for text in samples.warnings]
-    return FileSamples({**samples.series, _FIELD: converted}, tuple(warnings))
+    warnings = _guessed_again(samples.warnings, FIELD, found)
+    return FileSamples({**samples.series, FIELD: converted}, tuple(warnings))
+
+
+def _guessed_again(warnings: Sequence[str], sensor: str, guess: UnitGuess) -> list[str]:
+    """The warnings with another guess of the unit of a sensor's readings."""
+    before = of_kind(warnings, NoticeKind.UNIT_OF_SIZE, sensor=sensor)
+    return [unit_note(sensor, guess) if text in before else text for text in warnings]

@@ -10,6 +10,7 @@ from imucal_wizard.core.limits.procedure import (
     SILENT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.survey import Survey
@@ -26,6 +27,10 @@ from imucal_wizard.measurement.field_quality import (
 from imucal_wizard.measurement.rounding import resolution_of
 
 
+def _notice(text: str, kind: NoticeKind) -> Notice:
+    return Notice(text, kind, "magnetometer")
+
+
 def how_far(off: float, magnitude: float | None, unit: str) -> str:
     """The deviation of the field: "12 µT too much", "8 % too little"."""
     sense = "much" if off > 0.0 else "little"
@@ -37,7 +42,9 @@ def how_far(off: float, magnitude: float | None, unit: str) -> str:
 def disturbance_text(off: float, magnitude: float | None, unit: str) -> str:
     """Message while the field is disturbed."""
     far = how_far(off, magnitude, unit)
-    return f"the field is disturbed: {far}; these samples are left out"
+    return _notice(
+        f"the field is disturbed: {far}; these samples are left out", NoticeKind.DISTURBED
+    )
 
 
 def left_out_spans(survey: Survey, unit: str) -> tuple[tuple[float, float, str], ...]:
@@ -53,26 +60,30 @@ def silence(seconds: float) -> str:
     """Message about a sensor that has sent nothing for some seconds, or ""."""
     if seconds < SILENT_SECONDS:
         return ""
-    return f"the magnetometer has sent nothing for {seconds:.0f} s: check its wiring"
+    text = f"the magnetometer has sent nothing for {seconds:.0f} s: check its wiring"
+    return _notice(text, NoticeKind.SILENT)
 
 
 def constant(seconds: float) -> str:
     """Message about a sensor whose value stayed the same during rotation, or ""."""
-    return CONSTANT_FIELD if seconds >= SILENT_SECONDS else ""
+    return _notice(CONSTANT_FIELD, NoticeKind.DEAD) if seconds >= SILENT_SECONDS else ""
 
 
 def resting(seconds: float) -> str:
     """Message about a device that lies still, or ""."""
-    return "the device does not turn: turn it once round" if seconds >= RESTING_SECONDS else ""
+    if seconds < RESTING_SECONDS:
+        return ""
+    return _notice("the device does not turn: turn it once round", NoticeKind.NOT_TURNED)
 
 
 def lasting(seconds: float) -> str:
     """Message about a disturbance that does not end, or ""."""
     if seconds < LASTING_SECONDS:
         return ""
-    return (
+    return _notice(
         "the field has changed permanently: remove the iron or magnet that came near, or repeat "
-        "the step in another place"
+        "the step in another place",
+        NoticeKind.CHANGED,
     )
 
 
@@ -87,7 +98,7 @@ def fault(survey: Survey, unit: str, *, flat: bool) -> str:
     try:
         _check(survey, unit, flat=flat)
     except DataError as error:
-        return str(error)
+        return _notice(str(error), NoticeKind.NOT_CALIBRATED)
     return ""
 
 
@@ -147,7 +158,7 @@ class Disturbance:
             return
         if not self.now:
             text = "The field is disturbed: new samples are left out."
-            self._context.emit(EventKind.WARNING, text)
+            self._context.emit(EventKind.WARNING, _notice(text, NoticeKind.DISTURBED))
         magnitude = None if survey.fit is None else survey.fit.magnitude
         self.now = disturbance_text(float(survey.off[-1]), magnitude, unit)
         self.lasting += seconds

@@ -16,6 +16,7 @@ from imucal_wizard.core.limits.procedure import (
     SLIGHT_SECONDS,
 )
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
+from imucal_wizard.core.notices import reworded
 from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
@@ -230,10 +231,9 @@ class FieldStage:
             self.gathered.survey.covered + (self.turned + 360.0 * len(self.done)) // PROGRESS_DEG
         )
         if self._patience.wait(seconds, progress):
-            why = _sentence(self.trouble or self._disturbance.now)
-            self._context.emit(
-                EventKind.STUCK, f"No progress for {FIELD_PATIENCE:.0f} s. {why}".rstrip()
-            )
+            why = self.trouble or self._disturbance.now
+            text = f"No progress for {FIELD_PATIENCE:.0f} s. {_sentence(why)}".rstrip()
+            self._context.emit(EventKind.STUCK, reworded(text, why))
 
     def offers(self) -> tuple[Offer, ...]:
         """The ways to go on, if there is no progress."""

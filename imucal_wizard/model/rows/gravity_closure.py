@@ -235,10 +235,12 @@ class ClosureRows(Rows):
         source, samples = self._source, self._source.samples
         walk = np.broadcast_to(source.walk, (len(source.before), 3))
         uneven = np.sqrt(walk - walk.min(axis=1)[:, None])
-        steps = self._means.reshape(3, 3, -1) / np.sqrt(np.maximum(samples.dt, 1e-12))
-        steps = steps * np.repeat(uneven, np.diff(samples.step_offsets), axis=0).T
-        products = np.einsum("ias,jas->ijs", steps, steps).reshape(9, -1)
-        whole = np.add.reduceat(products, samples.step_offsets[:-1], axis=1).T.reshape(-1, 3, 3)
+        means, root = self._means.reshape(3, 3, -1), np.sqrt(np.maximum(samples.dt, 1e-12))
+        whole = np.empty((len(uneven), 3, 3))
+        for index, (first, past) in enumerate(itertools.pairwise(samples.step_offsets.tolist())):
+            scale = uneven[index][:, None] / root[first:past]
+            steps = (means[:, :, first:past] * scale).reshape(3, -1)
+            whole[index] = steps @ steps.T
         values, vectors = np.linalg.eigh(whole)
         return self._closed(vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :])
 

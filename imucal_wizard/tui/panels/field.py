@@ -1,5 +1,6 @@
 """The magnetometer's step as rows: the present circle, the four figures, what to do."""
 
+from imucal_wizard.core.notices import same_matter
 from imucal_wizard.core.quantities import number, true_minus
 from imucal_wizard.guide.state import GOOD, FieldStatus, Status
 from imucal_wizard.tui.panels.step import event_rows, offer_rows
@@ -79,13 +80,7 @@ def field_notice_rows(status: Status, problem: str, width: int, height: int) -> 
         room = max(1, height - len(choices) - 1)
         rows = rows[:room] + wrapped(f" ▸ {way}", width, "accent", indent="   ")
     event = status.last_event
-    if event is not None and not _says(event.text, wrong or way):
+    if event is not None and not same_matter(event.text, wrong):
         rows += event_rows(event, width)
     rows += wrapped(f"   {status.detail}", width, "quiet", indent="   ") if status.detail else []
     return (rows[: max(0, height - len(choices))] + choices)[:height]
-
-
-def _says(text: str, said: str) -> bool:
-    """Whether an event repeats a message up to its colon."""
-    what = said.partition(":")[0]
-    return what != "" and what.casefold() in text.casefold()

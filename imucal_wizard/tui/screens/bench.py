@@ -313,12 +313,12 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
     @work
     async def _work(self, benches: Benches, act: Act | None, choose: str) -> None:
-        bench = benches.bench(self.sensor) or benches.accelerometer
-        owner = self._owner  # the thread goes on when the screen is left
+        owner, sensor = self._owner, self.sensor  # the thread goes on when the screen is left
 
         def done() -> tuple[BenchSnapshot, str]:
             problem = ""
             with owner.models.lock:
+                bench = benches.bench(sensor) or benches.accelerometer
                 if act is not None:
                     act(bench)
                     problem = owner.models.keep()

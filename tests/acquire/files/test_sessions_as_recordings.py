@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.acquire.files import RecordingOptions
+from imucal_wizard.acquire.files.long_recording import LongRecording
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.files.session_salvage import corrections_note
 from imucal_wizard.acquire.intake import Intake
@@ -14,6 +15,7 @@ from imucal_wizard.core.errors import RecordingError, SessionError
 from imucal_wizard.core.readings import join_readings
 from imucal_wizard.sessions import Session
 from tests.acquire.files.lines import samples, write
+from tests.acquire.test_stream_corrections import COUNTS
 
 
 def _session(tmp_path: Path, data: bytes, setup: StreamSetup) -> Path:
@@ -36,6 +38,26 @@ def test_a_session_gives_the_same_samples_as_its_lines_in_a_file(tmp_path: Path)
         from_session.accelerometer.time, from_file.accelerometer.time, atol=1e-9
     )
     assert from_session.warnings == ()
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_signs_that_show_late_are_restored_from_the_first_sample_on(
+    tmp_path: Path, kept: bool
+) -> None:
+    """One axis is below zero all the time; another one passes through zero after ten seconds."""
+    values = samples(4000)
+    values[:, 1:7] = np.random.default_rng(3).normal([200, -500, 16000] * 2, 20.0, (4000, 6))
+    values[1000:, [1, 4]] -= 200.0
+    values[:, 1:7] = np.mod(np.round(values[:, 1:7]), 2.0**16)
+    text = write(tmp_path / "a.csv", values, COUNTS)
+    path = _session(tmp_path, text.read_bytes(), StreamSetup()) if kept else text
+    whole, long = read_files([path]), LongRecording(path, RecordingOptions())
+    pieces = join_readings(list(long))
+    for sensor in ("accelerometer", "gyroscope"):
+        read, meant = getattr(pieces, sensor).values, getattr(whole, sensor).values
+        assert meant.min() < 0.0
+        np.testing.assert_array_equal(read, meant)
+    assert any("were written as unsigned numbers" in text for text in long.warnings)
 
 
 def test_a_session_without_device_time_gives_what_was_decoded_live(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import same_matter
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.guide.kinds import EventKind, StepKind
@@ -48,7 +49,8 @@ def test_steel_that_passes_is_said_in_words_while_it_passes() -> None:
     session = Session(readings).play(until=0.5 * (start + end) + 0.3)
     assert "the field is disturbed" in session.field.disturbed
     assert "µT" in session.field.disturbed
-    assert any("is disturbed" in text for text in session.texts(EventKind.WARNING))
+    (told,) = [text for text in session.texts(EventKind.WARNING) if "is disturbed" in text]
+    assert same_matter(told, session.field.disturbed)
     session.play(until=end + 1.0)
     assert session.field.disturbed == ""
     assert session.events[-1].kind is EventKind.FIELD_BACK

@@ -1,0 +1,83 @@
+"""How the errors held out change from one model to another, in words."""
+
+from typing import Protocol
+
+from imucal_wizard.core.quantities import number, quantity
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.diagnose.bench import Bench, Found
+from imucal_wizard.diagnose.verdict import Opinion, Terms
+
+
+class Judged(Protocol):
+    """A model whose errors held out are known."""
+
+    @property
+    def rms_held_out(self) -> float | None:
+        """Of holds or rotations, in the sensor's error unit."""
+
+    @property
+    def held_out_in_noise(self) -> float | None:
+        """Of all rows that judge a model, each in units of its measured noise."""
+
+
+@dataclass(frozen=True)
+class ChangeHeldOut:
+    """The errors held out of two models, in words.
+
+    Attributes:
+        of: what is left out.
+        before: error of the first model.
+        after: error of the second one.
+        in_unit: whether they are in the sensor's unit, and not in units of the noise.
+    """
+
+    of: str
+    before: str
+    after: str
+    in_unit: bool
+
+
+def change_held_out(bench: Bench, below: Judged, above: Judged) -> ChangeHeldOut:
+    """The errors held out of two models, in the unit that shows which model is confirmed.
+
+    In the sensor's unit; in units of the noise where only rows tell it that are not reported.
+
+    Args:
+        bench: that of the sensor.
+        below: the first model.
+        above: the second one.
+    """
+    unit, errors = bench.fit.unit, (below.rms_held_out, above.rms_held_out)
+    in_noise = below.held_out_in_noise, above.held_out_in_noise
+    if _falls(*errors) is _falls(*in_noise) or None in in_noise:
+        before, after = (quantity(one, unit) for one in errors)
+        return ChangeHeldOut(bench.left_out_unit, before, after, in_unit=True)
+    words = (one.group_word for one in bench.measured.sources if one.confirms)
+    every = " and ".join(f"{one}s" for one in dict.fromkeys(words))
+    before, after = (f"{number(one or 0.0, 3)} times the noise" for one in in_noise)
+    return ChangeHeldOut(every, before, after, in_unit=False)
+
+
+def _falls(before: float | None, after: float | None) -> bool:
+    return before is not None and after is not None and after < before
+
+
+def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...]:
+    """Why the newest terms of a model were added.
+
+    Args:
+        bench: that of the sensor.
+        added: the newest terms.
+        opinion: the one that led to it.
+    """
+    change, found = change_held_out(bench, bench.ladder[-1 - len(added)], bench.ladder[-1]), []
+    for name in added:
+        place = next(k for k, members in enumerate(opinion.terms) if name in members)
+        members, decided_by = opinion.terms[place], f"{change.of} left out"
+        family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
+        reason = f"{family}the error held out falls from {change.before} to {change.after}"
+        if opinion.families[place] in opinion.decided:
+            decided_by += " and the gyroscope's closure"
+        like = tuple(one for one in members if one != name)
+        found.append(Found(name, reason, decided_by, like))
+    return tuple(found)
