@@ -192,7 +192,8 @@ class _Stretches:
         count = len(blocks) // QUIET_BLOCKS
 
         def means(values: FloatArray) -> FloatArray:
-            return values[: count * QUIET_BLOCKS].reshape(count, QUIET_BLOCKS, 3).mean(axis=1)
+            whole = values[: count * QUIET_BLOCKS].reshape(count, QUIET_BLOCKS, 3)
+            return np.asarray(whole.mean(axis=1))
 
         return cls(means(blocks.mean_a) / gravity, means(windows.mean_g), least_rate)
 
