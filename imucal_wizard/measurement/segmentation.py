@@ -25,6 +25,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_HOLD_SECONDS,
     MIN_LIVELY_BLOCKS,
     MIN_RATE_LIMIT_DEG,
+    MIN_RESTING_POSITIONS,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
     MIN_SHARE_OF_POSITIONS,
@@ -249,8 +250,9 @@ def _quietest(
     quiet = [start, *apart[np.argsort(spans[apart])][:MAX_QUIET_STRETCHES].tolist()]
     means = [windows.mean_g[one : one + QUIET_BLOCKS].mean(axis=0) for one in quiet]
     positions = np.array([stretches.positions(mean, limit) for mean in means])
-    first = quiet[int(np.argmax(positions >= MIN_SHARE_OF_POSITIONS * positions.max()))]
-    return noise_from(first), first
+    if positions.max() >= MIN_RESTING_POSITIONS:
+        start = quiet[int(np.argmax(positions >= MIN_SHARE_OF_POSITIONS * positions.max()))]
+    return noise_from(start), start
 
 
 def _resting_rate(windows: Windows, noise: Noise, quietest: int) -> FloatArray | None:

@@ -82,6 +82,9 @@ MIN_SHARE_OF_POSITIONS = 0.5
 """Positions in which a gyroscope reads the mean of a quiet stretch, as a share of the most that any
 has, for it to be at rest: the rate of a turn about the vertical is found in one position, and by
 chance in a few in which the device moves; the bias in all."""
+MIN_RESTING_POSITIONS = 6
+"""Positions that the rate of rest must have for another one to be called a turn: as many as a
+calibration needs. A bias that drifts by several °/s in a minute is the same in two or three."""
 OTHER_POSITION = 0.5
 """Distance of two mean readings of the accelerometer, in units of gravity, above which they are of
 different positions: 29°."""
