@@ -125,7 +125,22 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
     for (before, after), cut in zip(pairwise(even), cuts, strict=True):
         if restarts[cut - 1]:  # its length is a sign, and not measured
             after += before[-1] + RESTART_GAP_SECONDS - after[0]
-    return np.maximum.accumulate(np.concatenate(even))
+    return np.maximum.accumulate(_apart(np.concatenate(even), period))
+
+
+def _apart(even: FloatArray, period: float) -> FloatArray:
+    """Even times of which no two samples have the same.
+
+    A sample that is later or earlier than the others by more than half an interval seems to be the
+    next or the previous one. It belongs on the empty side of the two that have one time.
+    """
+    steps = np.diff(even, prepend=-np.inf, append=np.inf)
+    for one in np.flatnonzero(steps < 0.5 * period).tolist():
+        if steps[one - 1] > 1.5 * period:
+            even[one - 1] -= period
+        elif steps[one + 1] > 1.5 * period:
+            even[one] += period
+    return even
 
 
 def _course(time: FloatArray, period: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -188,19 +188,21 @@ def rotation_patterns(
         np.concatenate([own, np.zeros((len(held), 1))]),
         np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
     )
-    rows = _imagined(table, fit, gravity, axis).at(
-        Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ())
-    )
+    imagined = _imagined(table, fit, gravity, axis)
+    rows = imagined.at(Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ()))
     assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
-    columns = [
+    fitted = [
         rows.base_columns() @ fit.experiment.directions(fit.base).columns,
         rows.term_columns(fit.terms),
-        rows.shared_columns(),
     ]
+    # closures against the field share errors of the magnetometer, which these rows do not
+    columns = np.zeros((len(rows.residual), len(table.names)))
+    count = sum(one.shape[1] for one in fitted)
+    columns[:, :count] = np.concatenate(fitted, axis=1)
+    columns[:, [table.names.index(name) for name in imagined.shared]] = rows.shared_columns()
     weight = 1.0 / np.sqrt(rows.own)[:, None]
     more_own, more_other = rows.term_columns(one) @ first.size[:, None], rows.term_columns(two)
-    more = np.concatenate(columns, axis=1) * weight, more_own * weight, more_other * weight
-    return now, more
+    return now, (columns * weight, more_own * weight, more_other * weight)
 
 
 def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -> GravityClosure:
@@ -241,6 +243,9 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         noise=np.full(len(rates), median(table.sigma[table.kind == "rotation"] ** 2)),
         motion=motion,
         labels=RowLabels(none, none, none, none, none * 1.0, np.zeros((len(none), 2)), none),
+        rounding=np.zeros(3),  # averaged out by a hand that is never still
+        resting=None,
+        begun=None,
     )
 
 

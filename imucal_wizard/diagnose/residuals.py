@@ -11,7 +11,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.experiment import Experiment
@@ -77,9 +77,6 @@ class WhitenedResiduals:
         sigma: standard deviation that noise alone gives each row, in the sensor's error unit, (n,).
         group: what is left out together: directions, or rotations; -1 for rows that always stay,
             shape (n,).
-        pose: number of each row's direction, within which repeats are compared, shape (n,).
-        repeats: rows whose repeats differ by noise alone, shape (n,).
-        visit: number of the rest that a row is a piece of, −1 for rotations, shape (n,).
         lever: how far each row moves with the bias of each axis, in the sensor's error unit: a mean
             at rest by one, a closure by the seconds that its rotation lasts, a magnitude by the
             share along the field, shape (n, 3).
@@ -99,9 +96,6 @@ class WhitenedResiduals:
     time: FloatArray
     sigma: FloatArray
     group: IntArray
-    pose: IntArray
-    repeats: BoolArray
-    visit: IntArray
     lever: FloatArray
     noise: FloatArray
     independent: Decorrelation
@@ -128,7 +122,7 @@ class WhitenedResiduals:
     @property
     def visits(self) -> Visits:
         """Which rows repeat one another."""
-        return Visits.of(self.repeats, self.pose, self.visit, self.axis)
+        return Visits.of(self.table)
 
     def lack_of_fit(self) -> LackOfFit:
         """Whether measured noise makes what is left."""
@@ -203,9 +197,6 @@ def whitened_rows(
         time=table.time,
         sigma=table.floor,
         group=table.group,
-        pose=table.pose,
-        repeats=~table.moving & table.repeats_are_noise,
-        visit=table.visit,
         lever=table.lever,
         noise=table.noise,
         independent=table.independent,

@@ -166,6 +166,13 @@ def said_better(note: str, notes: Sequence[str]) -> bool:
     return bool(of_kind(notes, *_OF_THE_FIT.get(note.kind, ()), sensor=note.sensor))
 
 
+def _reason(texts: Sequence[str]) -> str:
+    """The same reason of several rotations: the largest number that it has, and how often."""
+    largest = max(texts, key=lambda text: [float(one) for one in re.findall(r"\d+\.?\d*", text)])
+    upto = "up to " if len(set(texts)) > 1 else ""
+    return f"{re.sub(r'(?=[0-9])', upto, largest, count=1)} ({times_in_words(len(texts))})"
+
+
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     """How many rotations could not be used, and why, without what would have been advised then."""
     reasons: dict[str | NoticeKind, list[str]] = {}
@@ -178,7 +185,7 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     if not reasons:
         return []
     count = sum(map(len, reasons.values()))
-    each = ", ".join(f"{texts[0]} ({times_in_words(len(texts))})" for texts in reasons.values())
+    each = ", ".join(map(_reason, reasons.values()))
     verb = "is" if count == 1 else "are"
     notes = [f"{count} of {len(rotations)} rotations {verb} not used: {each}"]
     clipped = [one for one in rotations if is_clipped(one.problem)]

@@ -85,21 +85,29 @@ class Visits:
         repeated: rows at rest whose repeats differ by noise alone, shape (n,).
         group: direction (and axis) of each row, shape (n,).
         visit: visit (and axis) that each row is a piece of, shape (n,).
+        share: of what visits differ by, by how much each row differs, shape (n,): what a place does
+            to the magnitude of a field it does to its dip.
     """
 
     repeated: BoolArray
     group: IntArray
     visit: IntArray
+    share: FloatArray
 
     @classmethod
-    def of(cls, repeated: BoolArray, group: IntArray, visit: IntArray, axis: IntArray) -> "Visits":
-        """From the numbers of the directions (−1 for none), visits and axes (−1 for none)."""
-        axes = np.maximum(axis, 0)
-        return cls(repeated & (group >= 0), 3 * group + axes, 3 * visit + axes)
+    def of(cls, table: ResidualTable) -> "Visits":
+        """Of the rows of a fit."""
+        axes, rest = np.maximum(table.axis, 0), ~table.moving
+        repeated = rest & table.repeats_are_noise & (table.pose >= 0)
+        moved = np.where(rest, np.linalg.norm(table.lever, axis=1), 0.0)
+        share = np.where(repeated, 1.0, moved)
+        return cls(repeated, 3 * table.pose + axes, 3 * table.visit + axes, share)
 
     def without(self, rows: BoolArray) -> "Visits":
         """The same with some rows that repeat nothing, shape (n,)."""
-        return Visits(self.repeated & ~rows, self.group, self.visit)
+        return Visits(
+            self.repeated & ~rows, self.group, self.visit, np.where(rows, 0.0, self.share)
+        )
 
 
 def lack_of_fit(
@@ -129,7 +137,7 @@ def lack_of_fit(
     if not repeats or freedom <= repeats:
         return own
     between = max(share - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
-    factor = 1.0 / np.sqrt(1.0 + np.where(rest, between / sigma**2, 0.0))
+    factor = 1.0 / np.sqrt(1.0 + between * (visits.share / sigma) ** 2)
     squares, _ = squares_left(factor * residual, factor[:, None] * columns)
     pure, _ = pure_error(again, (sigma / factor)[rest], group, visit)
     ratio = (squares - repeats * pure) / (freedom - repeats)
@@ -146,11 +154,10 @@ def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     """The test of a fit's residuals without some rows, which another fit would leave out."""
     out = np.zeros(len(table), np.bool_)
     out[rows] = True
-    visits = Visits.of(~table.moving & table.repeats_are_noise, table.pose, table.visit, table.axis)
     # an error of its own for each of these rows takes them out
     columns = table.whitened(np.column_stack([table.columns, np.eye(len(table))[:, out]]))
     residual = table.whitened(table.residual)
-    return lack_of_fit(residual, columns, table.floor, visits.without(out))
+    return lack_of_fit(residual, columns, table.floor, Visits.of(table).without(out))
 
 
 def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:

@@ -19,15 +19,20 @@ from imucal_wizard.core.limits.stillness import (
     LIVELY_PERCENTILE,
     LIVELY_RATE,
     MAX_FORCE_LIMIT,
+    MAX_QUIET_STRETCHES,
     MAX_RATE_LIMIT,
+    MAX_TILT_OF_TURN,
     MIN_HOLD_SECONDS,
     MIN_LIVELY_BLOCKS,
     MIN_RATE_LIMIT_DEG,
+    MIN_RESTING_POSITIONS,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
+    MIN_SHARE_OF_POSITIONS,
     MIN_SPEED_RATIO,
     ONE_POSITION,
     ONE_POSITION_NOISE,
+    OTHER_POSITION,
     QUIET_BLOCKS,
     REST_FACTOR,
     ROTATION_OVERLAP_SECONDS,
@@ -47,7 +52,12 @@ from imucal_wizard.core.readings import (
     across_restarts,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, root_mean_square, sample_quantile
+from imucal_wizard.core.statistics import (
+    median,
+    root_mean_square,
+    sample_quantile,
+    true_on_all_axes,
+)
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.blocks import (
     BlockCutter,
@@ -122,19 +132,22 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     gyroscope = readings.gyroscope
     step_a = resolution_of(readings.accelerometer.values)
     step_g = None if gyroscope is None else resolution_of(gyroscope.values)
-    quietest = _quietest(windows, step_a, step_g)
+    reach = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
+    counts = gyroscope is None or gyroscope.unit == COUNT
+    least = 0.0 if counts else math.radians(MIN_RATE_LIMIT_DEG)
+    stretches = _Stretches.of(blocks, windows, reach, least)
+    quietest = _quietest(windows, step_a, step_g, stretches)
     if quietest is None:
         return None
     noise, first = quietest
-    reach = float(np.ptp(blocks.mean_a, axis=0).max()) / 2.0
     magnitude = median(np.linalg.norm(blocks.mean_a, axis=1))
     one_position = reach < ONE_POSITION * magnitude
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
     rests = Rests(windows, step_a, step_g)
-    gravity, unit = magnitude if one_position else reach, 1.0
-    if gyroscope is None or gyroscope.unit == COUNT:
-        unit = _counts_per_radian(blocks, gravity, noise.mean_g)
+    gravity = magnitude if one_position else reach
+    if counts:
+        least = math.radians(MIN_RATE_LIMIT_DEG) * _counts_per_radian(blocks, gravity, noise.mean_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
     return ReducedRecording(
         blocks=blocks,
@@ -146,7 +159,7 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         one_position=one_position,
         rests=rests,
         resting_rate=resting,
-        least_rate=math.radians(MIN_RATE_LIMIT_DEG) * unit,
+        least_rate=least,
     )
 
 
@@ -156,10 +169,53 @@ def _slabs(readings: Readings) -> Iterator[Readings]:
         yield replace(part, temperature=readings.temperature if first == 0 else None)
 
 
+@dataclass(frozen=True, eq=False)
+class _Stretches:
+    """The stretches of two seconds of a recording, one after the other.
+
+    Attributes:
+        position: mean reading of the accelerometer in units of gravity, shape (n, 3).
+        rate: mean reading of the gyroscope, shape (n, 3); no stretches without one.
+        least_rate: deviation of such means that is no rotation, in the reading's unit; 0 where its
+            size is not known.
+    """
+
+    position: FloatArray
+    rate: FloatArray
+    least_rate: float
+
+    @classmethod
+    def of(
+        cls, blocks: Blocks, windows: Windows, gravity: float, least_rate: float
+    ) -> "_Stretches":
+        """The whole stretches of a recording."""
+        if windows.mean_g is None or not gravity > 0.0:
+            return cls(np.zeros((0, 3)), np.zeros((0, 3)), least_rate)
+        count = len(blocks) // QUIET_BLOCKS
+
+        def means(values: FloatArray) -> FloatArray:
+            whole = values[: count * QUIET_BLOCKS].reshape(count, QUIET_BLOCKS, 3)
+            return np.asarray(whole.mean(axis=1))
+
+        return cls(means(blocks.mean_a) / gravity, means(windows.mean_g), least_rate)
+
+    def positions(self, rate: FloatArray, limit: FloatArray) -> int:
+        """In how many positions the gyroscope reads this mean, up to a limit for each axis."""
+        left = self.position[true_on_all_axes(np.abs(self.rate - rate) <= limit)]
+        count = 0
+        while len(left):
+            left = left[np.linalg.norm(left - left[0], axis=1) > OTHER_POSITION]
+            count += 1
+        return count
+
+
 def _quietest(
-    windows: Windows, step_a: FloatArray, step_g: FloatArray | None
+    windows: Windows, step_a: FloatArray, step_g: FloatArray | None, stretches: _Stretches
 ) -> tuple[Noise, int] | None:
-    """Noise of the two seconds in which all axes together are quietest, and their first window.
+    """Noise of the two seconds at rest in which all axes together are quietest; their first window.
+
+    A device that turns evenly on a table may be quieter than one that is held in the hand. Its rate
+    is found in that one position, and the bias of a gyroscope in all.
 
     If the noise is smaller than the resolution, most windows show none and the others flicker
     between two values; the rounding noise is then the lower limit.
@@ -177,12 +233,27 @@ def _quietest(
     start = int(np.argmin(spans))
     if not np.isfinite(spans[start]):
         return None
-    part = slice(start, start + QUIET_BLOCKS)
-    std_g = mean_g = None
-    if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
-        std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
-        mean_g = windows.mean_g[part].mean(axis=0)
-    return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g), start
+
+    def noise_from(start: int) -> Noise:
+        part = slice(start, start + QUIET_BLOCKS)
+        std_g = mean_g = None
+        if windows.std_g is not None and windows.mean_g is not None and floor_g is not None:
+            std_g = np.maximum(_rms(windows.std_g[part]), floor_g)
+            mean_g = windows.mean_g[part].mean(axis=0)
+        return Noise(np.maximum(_rms(windows.std_a[part]), floor_a), std_g, mean_g)
+
+    limits = noise_from(start).limits(REST_FACTOR)
+    if windows.mean_g is None or limits.rate is None or not len(stretches.rate):
+        return noise_from(start), start
+    limit = np.maximum(limits.rate, stretches.least_rate)
+    apart = np.arange(0, len(spans), QUIET_BLOCKS)
+    apart = apart[np.isfinite(spans[apart])]
+    quiet = [start, *apart[np.argsort(spans[apart])][:MAX_QUIET_STRETCHES].tolist()]
+    means = [windows.mean_g[one : one + QUIET_BLOCKS].mean(axis=0) for one in quiet]
+    positions = np.array([stretches.positions(mean, limit) for mean in means])
+    if positions.max() >= MIN_RESTING_POSITIONS:
+        start = quiet[int(np.argmax(positions >= MIN_SHARE_OF_POSITIONS * positions.max()))]
+    return noise_from(start), start
 
 
 def _resting_rate(windows: Windows, noise: Noise, quietest: int) -> FloatArray | None:
@@ -270,7 +341,8 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
 def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:
     """Calm rests that are no holds because the gyroscope reads another mean there: begin, end, s.
 
-    Its bias has jumped, or the device lies on something that turns.
+    Its bias has jumped, or the device lies on something that turns. Turns about the vertical, after
+    which the gyroscope reads its usual mean again, are none: the accelerometer does not see them.
 
     Args:
         stream: the recording.
@@ -282,13 +354,26 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     if limits.rate is None or usual is None:
         return []
     most = np.maximum(limits.rate, stream.least_rate)
-    found = []
+    found, turns = [], []
     for one in holds_under(replace(stream, resting_rate=None), limits):
+        if one.gyroscope is None or any(
+            hold.start < one.end and one.start < hold.end for hold in holds
+        ):
+            continue
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
-        off = one.gyroscope is not None and (np.abs(one.gyroscope - usual[here]) > most).any()
-        if off and all(one.end <= hold.start or hold.end <= one.start for hold in holds):
+        off = one.gyroscope - usual[here]
+        if (np.abs(off) > most).any():
             found.append((one.start, one.end))
-    return found
+            returns = any(hold.start >= one.end for hold in holds)
+            turns.append(returns and _about_vertical(off, one.accelerometer, most))
+    return [] if all(turns) else found
+
+
+def _about_vertical(rate: FloatArray, force: FloatArray, limit: FloatArray) -> bool:
+    """Whether a rate is about the vertical, as sensors before their calibration see it."""
+    up = force / np.linalg.norm(force)
+    across = rate - (rate @ up) * up
+    return bool((np.abs(across) <= limit + MAX_TILT_OF_TURN * np.linalg.norm(rate)).all())
 
 
 def _hold_of_rest(stream: ReducedRecording, rest: tuple[int, int]) -> Hold | None:

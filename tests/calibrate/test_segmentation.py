@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter1d
 
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
@@ -234,6 +235,45 @@ def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
 
     report = fit_readings(with_accelerometer(readings, knock))
     assert len(report.rotations) == len(plain.rotations)
+
+
+def _turned_in_a_rest(readings: Readings, seconds: float, rate: float) -> tuple[Readings, slice]:
+    """The device turns about the vertical in the middle of its longest rest, and where that is.
+
+    The accelerometer does not see it.
+    """
+    rest = max(fit_readings(readings).holds, key=lambda one: one.end - one.start)
+    first = np.searchsorted(readings.accelerometer.time, 0.5 * (rest.start + rest.end - seconds))
+    rows = slice(int(first), int(first) + round(seconds * RATE))
+    up = rest.accelerometer / np.linalg.norm(rest.accelerometer)
+
+    def turn(values: FloatArray) -> FloatArray:
+        values[rows] += np.radians(rate) * up
+        return values
+
+    return with_gyroscope(readings, turn), rows
+
+
+def test_a_turn_about_the_vertical_is_no_rest_in_which_the_bias_jumped() -> None:
+    """A circle for the magnetometer: afterwards, the gyroscope reads its usual mean again."""
+    readings, _ = _turned_in_a_rest(session(), 4.0, 30.0)
+    report = fit_readings(readings)
+    assert len(report.holds) > len(fit_readings(session()).holds)
+    assert not report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
+
+
+def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope() -> None:
+    """Held in the hand, turned on a table: no hold has the rate of the turn, so none was found."""
+    turned, rows = _turned_in_a_rest(session(), 4.0, 30.0)
+    rng = np.random.default_rng(2)
+
+    def tremble(values: FloatArray) -> FloatArray:
+        tremor = 0.05 * rng.standard_normal(values.shape)
+        tremor[rows] = 0.0
+        return values + tremor
+
+    report = fit_readings(with_gyroscope(with_accelerometer(turned, tremble), tremble))
+    assert len({hold.pose for hold in report.holds if hold.pose}) == 18
 
 
 def test_the_parts_of_a_rest_have_one_number() -> None:

@@ -11,6 +11,7 @@ from benchmarks.hand_motion import G, placed, recorded, waved
 from benchmarks.holds import accepted, honest, scatter, slow_motion, taken_in_wizard
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
@@ -129,13 +130,29 @@ def test_a_recording_of_one_position_is_one_hold(offset: float, unit: str) -> No
 def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_path: Path) -> None:
     """The positions were said to lie in one plane, although each face had been up."""
     path = tmp_path / "recording.csv"
-    hidden = ["gyroscope/bias-step:3:x"]
-    simulate_recording(path, hidden=hidden, poses="6", seed=100, rate=200.0)
+    simulate_recording(path, poses="6", seed=100, rate=200.0)
+    readings = read_files([path])
+    gyroscope = readings.gyroscope
+    assert gyroscope is not None
+    jumps = np.radians(3.0) * (gyroscope.time // 20.0)[:, None] * np.array([1.0, 0.0, 0.0])
+    jumping = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + jumps))
     with pytest.raises(
-        DataError, match=r"mean changes by 3\.0 °/s between the \d+ holds"
+        DataError, match=r"mean changes by \d+ °/s between the \d+ holds"
     ) as refused:
-        fit_readings(read_files([path]))
+        fit_readings(jumping)
     assert "restarting the sensor" in str(refused.value)
+
+
+def test_after_a_jump_of_its_bias_a_gyroscope_is_calibrated_from_the_longer_part(
+    tmp_path: Path,
+) -> None:
+    """The rest before it was the quietest; no fit followed from the four positions there."""
+    path = tmp_path / "recording.csv"
+    simulate_recording(path, hidden=["gyroscope/bias-step:3:x"], poses="6", seed=100, rate=200.0)
+    report = fit_readings(read_files([path]))
+    assert {"+x", "-x", "+y", "-y", "+z", "-z"} <= {hold.pose for hold in report.holds}
+    (jump, *_) = report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
+    assert "up to 3.0 °/s off" in jump
 
 
 def test_a_method_that_misses_a_face_does_not_blame_the_gyroscope(tmp_path: Path) -> None:

@@ -166,12 +166,12 @@ def test_stamps_that_jitter_by_four_tenths_of_an_interval() -> None:
 
 
 def test_gaps_cost_the_rotations_they_lie_in_and_nothing_else() -> None:
-    """Twelve times 0.3 s are missing anywhere."""
+    """Twelve times 0.3 s or 0.1 s are missing anywhere."""
     readings = _recording(turns=6)
     time = readings.accelerometer.time
     holes = np.random.default_rng(0).uniform(0.0, time[-1], 12)
-    keep = np.asarray((np.abs(time[:, None] - holes) > 0.15).all(axis=1))
+    keep = np.asarray((np.abs(time[:, None] - holes) > np.tile([0.15, 0.05], 6)).all(axis=1))
     report = fit_readings(_stamped(readings, time, keep))
     _assert_right(report)
     (said,) = (text for text in report.warnings if "rotations are not used" in text)
-    assert re.search(r"used: a gap of 0\.3\d s \(\d times\)$", said)
+    assert re.search(r"used: a gap of up to 0\.3\d s \(\d times\)$", said)

@@ -17,8 +17,10 @@ from imucal_wizard.diagnose.optimal_design import (
 )
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from tests.diagnose.recordings import fitted
+from tests.estimate.whole_session import Session
 
 K2 = Explained(effect("second-order"), None, np.array([2.0, 0.0, 0.0]))
 ASYMMETRY = Explained(effect("asymmetry"), None, np.array([3.0, 0.0, 0.0]))
@@ -103,3 +105,19 @@ def test_where_rotations_do_not_fit_the_worst_ones_are_asked_for_again(
     worst = int(np.argmax(np.where(table.moving, np.abs(table.residual / table.floor), 0.0)))
     assert asked[0].why.startswith(f"rotation {table.index[worst] + 1} again")
     assert {(one.axis, one.turns) for one in asked} == {("x", 1)}
+
+
+def test_turns_are_imagined_for_a_gyroscope_that_the_field_has_closed_too() -> None:
+    """Its rows share errors of the magnetometer; and rounding shifts what a coarse one reads."""
+    readings = Session(holds=24).readings(3)
+    series = readings.gyroscope
+    assert series is not None
+    step = 4e-3
+    coarse = replace(series, values=np.round(series.values / step) * step)
+    for gyroscope in (series, coarse):
+        made = replace(readings, gyroscope=gyroscope)
+        bench = Benches(fit_readings(made), made).bench("gyroscope")
+        assert bench is not None
+        assert "magnetometer_0" in bench.rows.names
+        before, after = apart(bench, K2, ASYMMETRY, "x")
+        assert after < 0.9 * before

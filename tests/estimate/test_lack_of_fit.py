@@ -28,9 +28,7 @@ def test_visits_of_unequal_noise_share_what_the_model_lacks() -> None:
 def test_a_pose_that_repeats_is_not_blamed_for_what_the_model_lacks() -> None:
     """The misfit is one of direction; only every fiftieth session has visits that differ so."""
     rng, sigma = np.random.default_rng(4), np.tile([0.5, 2.0], 10)
-    visits = Visits.of(
-        np.ones(20, bool), np.repeat(np.arange(10), 2), np.arange(20), np.full(20, -1)
-    )
+    visits = Visits(np.ones(20, bool), np.repeat(np.arange(10), 2), np.arange(20), np.ones(20))
     blamed = 0
     for _ in range(200):
         residual = np.repeat(40.0 * rng.normal(size=10), 2) + sigma * rng.normal(size=20)
@@ -38,3 +36,19 @@ def test_a_pose_that_repeats_is_not_blamed_for_what_the_model_lacks() -> None:
         assert found.ratio > 5.0
         blamed += found.not_repeatable
     assert blamed <= 6
+
+
+def test_what_a_place_does_to_the_magnitude_it_does_to_the_dip() -> None:
+    """Rows that repeat nothing, but move by half as much, were held to the noise within a hold."""
+    rng, count = np.random.default_rng(6), 24
+    repeated = np.arange(2 * count) < count
+    share = np.where(repeated, 1.0, 0.5)
+    group = np.where(repeated, np.arange(2 * count) // 2, np.arange(2 * count))
+    visits = Visits(repeated, group, np.arange(2 * count), share)
+    noise = np.full(2 * count, 0.05)
+    refused = 0
+    for _ in range(200):
+        residual = np.hypot(share, noise) * rng.normal(size=2 * count)
+        found = lack_of_fit(residual / noise, np.ones((2 * count, 1)), noise, visits)
+        refused += found.between_directions
+    assert refused <= 8

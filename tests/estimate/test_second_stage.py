@@ -15,9 +15,11 @@ from imucal_wizard.estimate.second_stage import clock_offset as clock
 from imucal_wizard.estimate.second_stage.alignment import align, leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
 from imucal_wizard.estimate.second_stage.heading import heading, heading_error, turned
+from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.rows.field_closure import FieldClosure
-from imucal_wizard.model.rows.source import BIAS, MATRIX
-from tests.estimate.closures import closures, headings
+from imucal_wizard.model.rows.source import BIAS, MATRIX, Parameters
+from imucal_wizard.model.terms import Term, Terms
+from tests.estimate.closures import NO_EFFECTS, closures, headings
 from tests.estimate.closures import turned as turned_at
 from tests.estimate.field_truth import all_over
 
@@ -75,6 +77,28 @@ def test_the_slopes_of_the_heading_are_the_numeric_ones() -> None:
         )
         slope = (ahead.residual - behind.residual) / 2e-6
         assert columns[:, index] == pytest.approx(slope, abs=0.02 * np.abs(columns).max())
+
+
+def test_the_force_on_the_gyroscope_is_gravity_where_the_field_closes_the_rotation() -> None:
+    """It was taken along the field, so that headings spoke against the true sensitivity to g."""
+    rng = np.random.default_rng(2)
+    data, _ = _references(8, rng)
+    samples, up = data.by_gravity.samples, data.by_gravity.before[data.by_gravity.samples.rotation]
+    sensitivity = np.radians(0.2) * rng.standard_normal((3, 3))  # rad/s per g
+    attitudes = Attitude.from_rotvec(samples.reading * samples.time[:, None])
+    felt = attitudes.inv().apply(up) @ sensitivity.T
+    samples = replace(samples, reading=samples.reading + felt)
+    known = replace(
+        data,
+        by_gravity=replace(data.by_gravity, samples=samples),
+        by_field=replace(data.by_field, samples=samples),
+    )
+    terms = Terms("gyroscope", [Term(effect("g-sensitivity"), None)])
+    at = Parameters(np.eye(3), np.zeros(3), np.degrees(sensitivity).ravel())
+    rows = known.at(at, terms, known.at(Parameters(np.eye(3), np.zeros(3)), NO_EFFECTS))
+    rows = known.at(at, terms, rows)
+    assert np.abs(turned_at(known, np.eye(3), np.zeros(3)).residual).max() > 2e-3
+    assert np.abs(rows.residual).max() < 1e-5
 
 
 def _turned_between(up: FloatArray, field: FloatArray) -> Callable[..., FieldClosure]:

@@ -78,6 +78,19 @@ calmest share p, √(p/2) of their rms."""
 
 QUIET_BLOCKS = 20
 """Blocks in the quietest two seconds of a recording, which give its noise."""
+MIN_SHARE_OF_POSITIONS = 0.5
+"""Positions in which a gyroscope reads the mean of a quiet stretch, as a share of the most that any
+has, for it to be at rest: the rate of a turn about the vertical is found in one position, and by
+chance in a few in which the device moves; the bias in all."""
+MIN_RESTING_POSITIONS = 6
+"""Positions that the rate of rest must have for another one to be called a turn: as many as a
+calibration needs. A bias that drifts by several °/s in a minute is the same in two or three."""
+OTHER_POSITION = 0.5
+"""Distance of two mean readings of the accelerometer, in units of gravity, above which they are of
+different positions: 29°."""
+MAX_QUIET_STRETCHES = 100
+"""Stretches of two seconds, the quietest first, among which the one at rest is looked for: six
+circles of ten seconds about the vertical have thirty."""
 CALM_FACTOR = 2.0
 """Standard deviations of that noise within which a stretch is calm and continues the course of the
 resting rate, which the mean of two seconds gives to a tenth of it."""
@@ -98,6 +111,9 @@ LIVELY_PERCENTILE = 95.0
 MIN_RATE_LIMIT_DEG = 0.8
 """°/s; the smallest limit of a gyroscope's mean rate at rest: a bias that drifts or follows the
 force (0.1 °/s per g is usual) is not a rotation."""
+MAX_TILT_OF_TURN = 0.1
+"""Share of a rate that sensors before their calibration may show across the axis of rotation: their
+axes are off by up to 5°."""
 LIVELY_RATE = 0.5
 """rad/s of gravity's direction from which on a block shows the size of a gyroscope's counts."""
 MIN_LIVELY_BLOCKS = 20

@@ -190,5 +190,7 @@ class FieldClosure(RowSource):
         close = near if isinstance(near, HeadingRows) else None
         alone = Parameters(calibration.matrix, calibration.bias, calibration.sizes)
         gravity = self.by_gravity.at(alone, terms, None if close is None else close.by_gravity)
-        field = self.by_field.at(alone, terms, None if close is None else close.by_field)
+        # the force on the gyroscope is that of gravity here, too
+        by_field = replace(self.by_field, up=self.by_gravity.before)
+        field = by_field.at(alone, terms, None if close is None else close.by_field)
         return HeadingRows(self, gravity, field)

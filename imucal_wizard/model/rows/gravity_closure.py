@@ -97,7 +97,8 @@ class ClosureRows(Rows):
         """Specific force at each sample, m/s², shape (n, 3)."""
         samples = self._source.samples
         attitude = samples.at_samples(*self._attitudes.each)
-        up = carried_back(attitude, self._source.before[samples.rotation].T).T
+        before = self._source.before if self._source.up is None else self._source.up
+        up = carried_back(attitude, before[samples.rotation].T).T
         return np.asarray(self._source.gravity * up)
 
     @cached_property
@@ -338,6 +339,7 @@ class GravityClosure(RowSource):
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
+        up: up at the hold before each, where ``before`` is another direction, shape (m, 3).
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -357,6 +359,7 @@ class GravityClosure(RowSource):
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     usual: int = 0
+    up: FloatArray | None = None
     basis: FloatArray = field(init=False)
     kind, moving = "rotation", True
     unit = "rad"

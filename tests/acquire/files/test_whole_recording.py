@@ -75,6 +75,17 @@ def test_lost_samples_do_not_shift_the_even_times_of_the_others(tmp_path: Path) 
     assert np.ptp(own - even) < 5e-4
 
 
+def test_a_sample_that_is_very_late_keeps_its_place_among_the_even_times() -> None:
+    """It took the time of the next one, and one rotation closed worse by 17°."""
+    rng = np.random.default_rng(8)
+    even = np.arange(2000) / 100.0
+    late = np.abs(rng.normal(0.0, 0.0015, 2000))
+    late[700] = 0.0072
+    found = without_jitter(even + late)
+    assert found is not None
+    np.testing.assert_allclose(np.diff(found), 0.01, atol=1e-4)
+
+
 def test_a_restart_stays_a_restart_where_the_times_jitter(tmp_path: Path) -> None:
     rng = np.random.default_rng(8)
     values = samples(1200)
