@@ -1,5 +1,6 @@
 """Warnings that follow from a finished fit: a wrong unit, range or rate, exchanged axes."""
 
+import re
 from collections.abc import Sequence
 
 import numpy as np
