@@ -4,14 +4,15 @@ N's figure 7 is the truth of a simulated sensor (the tests' own simulator, which
 with the fit): the six circles of N's VI-A by hand, the MAG3110's noise at 80 samples a second, its
 0.1 µT counts or ten to fourteen bits over ±1000 µT. ``intervals [runs [seed [rows]]]`` prints the
 first table alone: the share of recordings in which the 95 % interval of each parameter holds the
-truth, of circles, tumbling and 18 to 52 still poses, with turns between them and without, under
-white noise, noise that differs from one second of five to the next, an offset of each pose (of each
-five seconds in motion) such as a room makes, which goes over into the next one in a turn, a field
-whose strength drifts, and a bias that wanders (its truth is its mean over the
-session); the rms error over the Cramér–Rao bound of all samples with known variances; the share of
-90 % intervals of the error held out that hold the rms error of six new recordings of the same
-motion (wanted: 87 to 93 %), which ``-`` in place of them leaves out; and the share of reports that
-say that slow noise was not measured. ``rows`` selects those whose name contains it.
+truth, of circles, tumbling and 18 to 52 still poses, with turns between them and without, and of
+poses with circles after them, under white noise, noise that differs from one second of five to the
+next, an offset of each pose (of each five seconds in motion) such as a room makes, which goes over
+into the next one in a turn, a field whose strength drifts, and a bias that wanders (its truth is
+its mean over the session); the rms error over the Cramér–Rao bound of all samples with known
+variances; the share of 90 % intervals of the error held out that hold the rms error of six new
+recordings of the same motion (wanted: 87 to 93 %), which ``-`` in place of them leaves out; and the
+share of reports that say that slow noise was not measured. ``rows`` selects those whose name
+contains it.
 """
 
 import sys
@@ -105,6 +106,12 @@ def turned(rng: np.random.Generator, nominal: FloatArray, turn: float = 2.0) -> 
     return np.concatenate([*parts, np.tile(placed[-1], (held, 1))])
 
 
+def session(rng: np.random.Generator) -> FloatArray:
+    """18 poses with turns, and six circles of 12 s after them, shape (n, 3)."""
+    parts = turned(rng, DESIGNS["18"]), six_circles(rng, seconds=12.0)
+    return np.concatenate(parts)
+
+
 def sampled(make: Make, rate: float) -> Make:
     """The same motion at another sampling rate, samples a second."""
 
@@ -157,8 +164,9 @@ class Noise:
         resting = _resting(field)
         if resting.any() and not resting.all():  # in a turn it goes over into that of the next pose
             number = np.arange(len(field))
-            on_the_way = [np.interp(number, number[resting], axis[resting]) for axis in offset.T]
-            offset = np.array(on_the_way).T
+            turns = number[: number[resting][-1]]
+            for axis in offset.T:
+                axis[turns] = np.interp(turns, number[resting], axis[resting])
         walk = np.cumsum(rng.standard_normal(len(field))) / np.sqrt(len(field))
         if self.flicker or self.walk:
             bias = Wandering(flicker=self.flicker, walk=self.walk)
@@ -203,6 +211,7 @@ MOTIONS: dict[str, tuple[Make, float, float]] = {
     "26 + 12 poses of 3 s": (partial(poses, nominal=DESIGNS["26 + 12"]), RATE, 0.0),
     "18 poses of 3 s, turns of 2 s": (partial(turned, nominal=DESIGNS["18"]), RATE, 0.0),
     "26 + 12 poses of 3 s, turns of 2 s": (partial(turned, nominal=DESIGNS["26 + 12"]), RATE, 0.0),
+    "18 poses with turns, six circles of 12 s": (session, RATE, 0.0),
     "26 poses of 3 s": (poses, RATE, 0.0),
     "26 poses of 3 s twice": (lambda rng: np.concatenate([poses(rng), poses(rng)]), RATE, 0.0),
     "26 poses of 3 to 27 s": (partial(poses, uneven=True), RATE, 0.0),
@@ -213,13 +222,16 @@ MOTIONS: dict[str, tuple[Make, float, float]] = {
 def stretches(field: FloatArray, samples: int) -> IntArray:
     """Number of the stretch that each sample is of, shape (n,): so many samples, or a pose.
 
-    A turn to the next pose belongs to the pose before it.
+    A turn to the next pose belongs to the pose before it, and what follows the last pose is cut
+    like a motion without poses.
     """
+    number = np.arange(len(field))
     if samples:
-        return np.arange(len(field)) // samples
+        return number // samples
     resting = _resting(field)
     begins = np.append(True, (np.diff(field, axis=0) != 0.0).any(axis=1)) & resting
-    return np.cumsum(begins) - 1
+    beyond = number - number[resting][-1] - 1
+    return np.cumsum(begins) - 1 + np.where(beyond >= 0, 1 + beyond // round(5.0 * RATE), 0)
 
 
 def _resting(field: FloatArray) -> BoolArray:
