@@ -32,7 +32,7 @@ def averaged(spans: FloatArray) -> FloatArray:
     gap = np.maximum(np.maximum.outer(start, start) - np.minimum.outer(end, end), 0.0)
     out, fallen = np.zeros((len(spans), len(spans))), np.exp(-gap / OCTAVES[-1])
     for tau in OCTAVES[::-1]:
-        out += 0.5 * relaxed(end - start, fallen, tau)  # h ln 2 = B²/2
+        out += 0.5 * _relaxed(end - start, fallen, tau)  # h ln 2 = B²/2
         fallen *= fallen  # half the correlation time
     return out
 
@@ -49,7 +49,7 @@ def walked(spans: FloatArray) -> FloatArray:
     return np.asarray(out)
 
 
-def relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
+def _relaxed(length: FloatArray, fallen: FloatArray, tau: float) -> FloatArray:
     """Covariance of averages of a Gauss–Markov process of variance one, shape (n, n).
 
     Args:
