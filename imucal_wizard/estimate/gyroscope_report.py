@@ -216,13 +216,16 @@ def _named(
     angles: list[float | None] = []
     for rotation in rotations:
         place = places.get(id(rotation.before))
-        if place is None or len(rotation.time) < 2 or not np.isfinite(rotation.rate).all():
+        total, turned = np.full(3, np.nan), np.nan
+        if place is not None and len(rotation.time) >= 2:
+            with np.errstate(over="ignore", invalid="ignore"):  # of readings that are no rates
+                rate = (rotation.rate - found.bias) @ found.matrix.T
+                total = integral(rate, rotation.time)
+                turned = float(integral(lengths(rate)[:, None], rotation.time)[0])
+        if place is None or not np.isfinite([*total, turned]).all():
             named.append(rotation)
             angles.append(None)
             continue
-        rate = (rotation.rate - found.bias) @ found.matrix.T
-        total = integral(rate, rotation.time)
-        turned = float(integral(lengths(rate)[:, None], rotation.time)[0])
         axis = int(np.argmax(np.abs(total)))
         about = abs(total[axis]) > ONE_AXIS_SHARE * np.linalg.norm(total)
         clear = about and abs(total[axis]) > SMALLEST_ROTATION and abs(up[place, axis]) < LEVEL
