@@ -7,12 +7,15 @@ from itertools import product
 import numpy as np
 import pytest
 
+from benchmarks.hold_sessions import DESIGNS
+from benchmarks.magnetometer import turned
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.magnetometer.pieces import FIELD_PIECE_SECONDS
 from imucal_wizard.estimate.methods import MethodNames
 from tests.estimate.field_truth import (
     CORRECTION,
@@ -125,6 +128,16 @@ def test_a_short_arc_of_a_turn_is_no_pose_that_is_held() -> None:
     ):
         data = fit_magnetometer(recorded(directions, rng).series).data
         assert data.pieces.still(data.samples.magnetic).sum() == held
+
+
+def test_a_pose_ends_where_the_turn_to_the_next_one_begins() -> None:
+    """Turns of 2 s between poses of 3 s: a hand turns the device by 2° in 0.3 s at most."""
+    rng = np.random.default_rng(17)
+    data = fit_magnetometer(recorded(turned(rng, DESIGNS["18"]), rng).series).data
+    held = data.pieces.span[data.pieces.still(data.samples.magnetic)]
+    begin = 5.0 * np.arange(18)
+    away = 0.3 + 0.5 * FIELD_PIECE_SECONDS
+    assert held == pytest.approx(np.column_stack([begin, begin + 3.0]), abs=away)
 
 
 def test_a_given_field_fixes_the_scale() -> None:

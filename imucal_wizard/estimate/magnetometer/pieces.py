@@ -91,25 +91,11 @@ class Pieces:
     def still(self, field: FloatArray) -> BoolArray:
         """Which groups are a pose that is held, shape (k,).
 
-        Most of its pieces lie near one direction and do not turn on. The ends of turns may be with
-        it; a short arc of a turn lies near one direction, too, but turns on.
-
         Args:
             field: corrected field of the pieces, shape (p, 3).
         """
-        unit, out = unit_vectors(field), np.zeros(len(self.offsets) - 1, bool)
-        for group, (first, past) in enumerate(itertools.pairwise(self.offsets.tolist())):
-            if past - first < MIN_PIECES_OF_POSE:
-                continue
-            own = unit[first:past]
-            near = np.linalg.norm(own - np.median(own, axis=0), axis=1) <= ONE_POSE_RADIANS
-            if near.sum() < max(MIN_PIECES_OF_POSE, 0.5 * len(own)):
-                continue
-            later = self.time[first:past][near]
-            later = later - later.mean()
-            rate = np.linalg.norm(later @ own[near]) / float(later @ later)
-            out[group] = rate <= POSE_RATE
-        return out
+        held = _held(unit_vectors(field), self.time, self.offsets)
+        return np.array([len(pieces) > 0 for pieces in held])
 
     @property
     def edges(self) -> FloatArray:
@@ -151,13 +137,10 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
     unit = means / np.maximum(size, 1e-12)[:, None]
     flowing = _changes(extras[:, 1])
     share = SESSION_RADIANS * (when - when[0]) / max(float(when[-1] - when[0]), 1e-9)
-    offsets = slices(
-        np.column_stack([unit, flowing, share]),
-        count,
-        MOST_GROUPS,
-        alike=3 + flowing.shape[1],
-        fresh=np.diff(when, prepend=when[0]) > REVISIT_SECONDS,
-    )
+    fresh = np.diff(when, prepend=when[0]) > REVISIT_SECONDS
+    features = np.column_stack([unit, flowing, share])
+    offsets = slices(features, count, MOST_GROUPS, alike=3 + flowing.shape[1], fresh=fresh)
+    offsets = _without_ends_of_turns(offsets, _held(unit, when, offsets), fresh)
     total = np.add.reduceat(unit * count[:, None], offsets[:-1], axis=0)
     return Pieces(
         mean(reading),
@@ -169,6 +152,48 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
         np.argmax(total @ DIRECTION_CELLS.T, axis=1).astype(np.int64),
         begins[starts],
     )
+
+
+def _held(unit: FloatArray, time: FloatArray, offsets: IntArray) -> list[IntArray]:
+    """Pieces of each group in which a pose is held; none where the group is no such pose.
+
+    Most of its pieces lie near one direction and do not turn on. A short arc of a turn lies near
+    one direction, too, but turns on.
+
+    Args:
+        unit: directions of the pieces, shape (p, 3).
+        time: of each, s, shape (p,).
+        offsets: first piece of each group and the end, shape (k + 1,).
+    """
+    out = []
+    for first, past in itertools.pairwise(offsets.tolist()):
+        own = unit[first:past]
+        away = np.linalg.norm(own - np.median(own, axis=0), axis=1)
+        near = np.flatnonzero(away <= ONE_POSE_RADIANS)
+        held = len(near) >= max(MIN_PIECES_OF_POSE, 0.5 * len(own))
+        if held:
+            later = time[first:past][near] - time[first:past][near].mean()
+            held = np.linalg.norm(later @ own[near]) <= POSE_RATE * float(later @ later)
+        out.append(first + near if held else near[:0])
+    return out
+
+
+def _without_ends_of_turns(offsets: IntArray, held: list[IntArray], fresh: BoolArray) -> IntArray:
+    """First piece of each group and the end, where poses end as their turns begin, shape (k + 1,).
+
+    The ends of a turn differ too little from the pose for ``slices``, but on them the device moves
+    to another place already. They become part of the turn.
+
+    Args:
+        offsets: first piece of each group and the end, shape (k + 1,).
+        held: pieces in which each group is a pose that is held.
+        fresh: which pieces begin another visit, shape (p,).
+    """
+    edges = offsets.copy()
+    for group, (one, other) in enumerate(itertools.pairwise(held), 1):
+        if bool(len(one)) != bool(len(other)) and not fresh[offsets[group]]:
+            edges[group] = one[-1] + 1 if len(one) else other[0]
+    return edges
 
 
 def _scatter(values: FloatArray, starts: IntArray) -> FloatArray:
