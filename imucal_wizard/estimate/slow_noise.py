@@ -36,7 +36,7 @@ ALL_WHITE_OF_FIELD = 0.3
 """The same of a magnetometer, in a field that is hardly the same everywhere and always."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
-FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.05, 0.12, 0.05
+FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.03, 0.06, 0.03
 """The same of a magnetometer: flicker noise or a random walk of its bias, or a field whose strength
 drifts. The rest is what the place does to the sensor, which differs within a room by more than the
 bias wanders."""
@@ -75,9 +75,10 @@ def estimate_slow_errors(
     them is slow: flicker noise or a random walk, less its mean over the session. Of a field it may
     also be the strength that drifts, or what differs from place to place, which is no part of the
     bias and counts in full. Their size, and which part is slow, are estimated from the residuals
-    by restricted likelihood. No prior knows the size, so that white errors have the intervals of
-    least squares with Student's t; which part is slow is judged by measured noise too, where it is
-    given: residuals that it explains leave little to slow errors.
+    by restricted likelihood. No prior knows the size of white errors, so that they have the
+    intervals of least squares with Student's t; the prior of the share of slow ones is Jeffreys'.
+    Which part is slow is judged by measured noise too, where it is given: residuals that it
+    explains leave little to slow errors.
 
     Args:
         spans: beginning and end of each hold, s, shape (n, 2).
@@ -135,21 +136,26 @@ def _kind(
     """
     count = len(fitted[0].alike)
     log, share = np.zeros(1 + len(PARTS)), np.ones(1 + len(PARTS))
+    information = np.zeros(1 + len(PARTS))
     scales, sizes, slows, shown = [], [], [], []
     for one, across in zip(fitted, left, strict=True):
         slow = whole[:count, :count] * (_strengths(one) if of_strength else one.alike)
         mixed = one.independent.rows(one.independent.rows(slow).T)
         sigma = np.sqrt(one.white)
-        evidence, scale, size, left_in = _explained(
+        evidence, known, scale, size, left_in = _explained(
             one.errors / sigma, mixed / np.outer(sigma, sigma), across
         )
         log += evidence
+        information += known
         if one.own is not None:
             log += _with_measured_noise(scale, across.shape[1])
         scales.append(scale)
         sizes.append(size)
         slows.append(slow)
         shown.append(left_in)
+    # Jeffreys: a share that white errors would hide is less likely than one that shows
+    prior = np.sqrt(np.maximum(information[1:], np.finfo(float).tiny))
+    log[1:] += np.log(prior / prior.mean())
     if between is not None:
         among = [moved @ whole[count:, count:] @ moved.T for moved in between.slow]
         evidence, share = between.explained(among, np.array(sizes))
@@ -237,7 +243,7 @@ def _moved(spans: FloatArray, still: BoolArray) -> FloatArray:
 
 def _explained(
     errors: FloatArray, slow: FloatArray, across: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
     """How well white and slow errors explain what a fit leaves, for each share of the slow part.
 
     Args:
@@ -246,9 +252,10 @@ def _explained(
         across: combinations of the holds that the fit does not move, shape (n, f).
 
     Returns:
-        Logarithm of the restricted likelihood, variance of the white part over that assumed, and
-        variance of the slow part, each of shape (k,); the share of the slow part that the fit
-        leaves in the errors.
+        Logarithm of the restricted likelihood, how well the share is known by it (Fisher's
+        information about the logarithm of its size, but for a factor), variance of the white part
+        over that assumed, and variance of the slow part, each of shape (k,); the share of the slow
+        part that the fit leaves in the errors.
     """
     freedom, parts = across.shape[1], np.append(0.0, PARTS)
     values, vectors = np.linalg.eigh(across.T @ slow @ across)
@@ -262,7 +269,8 @@ def _explained(
     log = -0.5 * np.log(variance).sum(axis=1)
     log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
     left_in = float(values.sum()) / max(float(np.trace(slow)), np.finfo(float).tiny)
-    return log, scale, scale * shown * parts / size, left_in
+    information = ((1.0 - 1.0 / variance) ** 2).sum(axis=1)
+    return log, information, scale, scale * shown * parts / size, left_in
 
 
 def _with_measured_noise(ratio: FloatArray, freedom: int) -> FloatArray:
