@@ -32,11 +32,11 @@ ALL_WHITE = 0.85, 0.6
 """Probability that no error of a session's holds is slow, where nothing measures slow noise and
 where repeats or a long rest do: slow errors move the parameters less than white ones of the same
 size, and without a measurement the residuals hardly distinguish the two."""
-ALL_WHITE_OF_FIELD = 0.3
+ALL_WHITE_OF_FIELD = 0.2
 """The same of a magnetometer, in a field that is hardly the same everywhere and always."""
 FLICKER = 0.75
 """And the probability that slow errors are flicker noise and not a random walk."""
-FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.03, 0.06, 0.03
+FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.02, 0.04, 0.02
 """The same of a magnetometer: flicker noise or a random walk of its bias, or a field whose strength
 drifts. The rest is what the place does to the sensor, which differs within a room by more than the
 bias wanders."""
