@@ -6,6 +6,7 @@ part of the session for an effect of time.
 """
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
 
@@ -56,6 +57,7 @@ class Rung:
         held_out_in_noise: the same of all rows that judge a model, each in units of its noise.
         rms_late: error of the later part of the session under a fit of the earlier one, or None.
         late_in_noise: the same of all rows that judge a model, each in units of its noise.
+        late_by_noise: whether it is no larger than measured noise makes it.
         floor: rms held out that measured noise alone would make of a complete model; None where
             nothing can be left out.
         floor_fitted: the same of the fitted rms.
@@ -71,6 +73,7 @@ class Rung:
     held_out_in_noise: float | None
     rms_late: float | None
     late_in_noise: float | None
+    late_by_noise: bool
     floor: float | None
     floor_fitted: float | None
     floors: Floors
@@ -93,6 +96,7 @@ def rung(extended: SensorFit, added: str | None = None, rounding: Rounding | Non
         held_out_in_noise=extended.held_out_in_noise,
         rms_late=extended.rms_late,
         late_in_noise=extended.late_in_noise,
+        late_by_noise=extended.late_by_noise,
         floor=extended.floor,
         floor_fitted=extended.floor_fitted,
         floors=floors_of(extended, rounding),
@@ -105,14 +109,20 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
     Args:
         below: the model without the effect.
         above: the model with it.
-        of_time: the effect follows time or temperature, so that early data must predict late ones;
-            false of a step.
+        of_time: the effect follows time or temperature, so that early data must predict late ones:
+            better than without the effect, or as well as the noise permits; false of a step.
     """
-    pairs = [(below.held_out_in_noise, above.held_out_in_noise)]
+    predicts = [falls(below.held_out_in_noise, above.held_out_in_noise)]
     if of_time:
-        pairs.append((below.late_in_noise, above.late_in_noise))
-    known = [(old, new) for old, new in pairs if old is not None and new is not None]
-    return bool(known) and all(new < old for old, new in known)
+        late = falls(below.late_in_noise, above.late_in_noise)
+        predicts.append(late if late is None else late or above.late_by_noise)
+    known = [one for one in predicts if one is not None]
+    return bool(known) and all(known)
+
+
+def falls(before: float | None, after: float | None) -> bool | None:
+    """Whether an error becomes smaller; None where one of the two is not known."""
+    return None if before is None or after is None else after < before
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +226,13 @@ class Bench:
         self._found: list[Found] = []
         self._refused: dict[str, str] = {}
         self.referee: Callable[[], Referee | None] | None = None
+
+    def copied(self) -> "Bench":
+        """Another bench with the same model, on which something can be tried."""
+        other = copy(self)
+        other._fits, other.ladder = [*self._fits], [*self.ladder]
+        other._found, other._refused = [*self._found], dict(self._refused)
+        return other
 
     @property
     def effects(self) -> tuple[Effect, ...]:

@@ -7,6 +7,7 @@ no reference.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -57,6 +58,15 @@ class Benches:
         self._benches: dict[str, Bench] = {} if before is None else dict(before._benches)
         self._made: dict[str, SensorFit | None] = {}
         """The accelerometer's fit under which each bench here was made."""
+
+    def copied(self) -> "Benches":
+        """Other benches with the same models, on which something can be tried."""
+        other = copy(self)
+        other._benches = {sensor: bench.copied() for sensor, bench in self._benches.items()}
+        other._made = dict(self._made)
+        for bench in other._benches.values():
+            bench.referee = other._referee if bench.referee is not None else None
+        return other
 
     @property
     def accelerometer(self) -> Bench:

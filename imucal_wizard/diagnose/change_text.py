@@ -4,7 +4,7 @@ from typing import Protocol
 
 from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import Bench, Found
+from imucal_wizard.diagnose.bench import Bench, Found, falls
 from imucal_wizard.diagnose.verdict import Opinion, Terms
 
 
@@ -49,7 +49,7 @@ def change_held_out(bench: Bench, below: Judged, above: Judged) -> ChangeHeldOut
     """
     unit, errors = bench.fit.unit, (below.rms_held_out, above.rms_held_out)
     in_noise = below.held_out_in_noise, above.held_out_in_noise
-    if _falls(*errors) is _falls(*in_noise) or None in in_noise:
+    if falls(*errors) is falls(*in_noise) or None in in_noise:
         before, after = (quantity(one, unit) for one in errors)
         return ChangeHeldOut(bench.left_out_unit, before, after, in_unit=True)
     words = (one.group_word for one in bench.measured.sources if one.confirms)
@@ -58,8 +58,17 @@ def change_held_out(bench: Bench, below: Judged, above: Judged) -> ChangeHeldOut
     return ChangeHeldOut(every, before, after, in_unit=False)
 
 
-def _falls(before: float | None, after: float | None) -> bool:
-    return before is not None and after is not None and after < before
+def why_not_confirmed(bench: Bench) -> str:
+    """Which data held out do not confirm the newest term of a model, in words."""
+    below, above = bench.ladder[-2:]
+    if falls(below.held_out_in_noise, above.held_out_in_noise):
+        before, after = (number(one.late_in_noise or 0.0, 3) for one in (below, above))
+        return (
+            "the first two thirds of the session do not predict the last third better with it: "
+            f"the error there is {before} times the noise before, {after} times with it"
+        )
+    one = change_held_out(bench, below, above)
+    return f"held-out data do not confirm it: {one.before} before, {one.after} with it"
 
 
 def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...]:

@@ -169,9 +169,24 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
         return insufficient(sensor, benches.report.why_not(sensor), benches.report)
     for name in added:
         bench.add(name)
-    waits = benches.waits(sensor)
-    findings = add_by_itself(bench) if automatic and not waits else bench.look()
+    findings = add_by_itself(bench) if automatic and not benches.waits(sensor) else None
     return diagnosis_of(benches, bench, findings)
+
+
+def judged(benches: Benches, bench: Bench) -> BenchFindings:
+    """The findings of a bench's model; what they call missing is what the bench would add and keep.
+
+    Whether data held out confirm a name, and whether adding it leaves only noise, is known once it
+    has been added: it is tried on a copy.
+    """
+    found = bench.look()
+    named = found.opinion.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    if not named or benches.waits(bench.sensor):
+        return found
+    trial = benches.copied().bench(bench.sensor)
+    assert trial is not None, "a copy has the same benches"  # noqa: S101 (narrows the type)
+    tried = add_by_itself(trial)
+    return found if trial.fit is not bench.fit else tried
 
 
 def diagnosis_of(
@@ -185,7 +200,7 @@ def diagnosis_of(
         findings: those that the verdict is about (see ``add_by_itself``); the present model's when
             left out.
     """
-    findings = findings or bench.look()
+    findings = findings or judged(benches, bench)
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)

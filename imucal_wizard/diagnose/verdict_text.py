@@ -9,7 +9,7 @@ import numpy as np
 from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
-from imucal_wizard.diagnose.change_text import change_held_out
+from imucal_wizard.diagnose.change_text import change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -494,8 +494,8 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
         sentences.append(
-            f"{_capital(bench.ladder[-1].added)} was added by hand, but held-out data do not "
-            f"confirm it: {_change(bench)}. Take it out again."
+            f"{_capital(bench.ladder[-1].added)} was added by hand, but {why_not_confirmed(bench)}."
+            " Take it out again."
         )
     sentences += [f"{_capital(why)}." for why in bench.refused]
     return [one for one in sentences if one] + _new_poses(diagnosis)
@@ -604,12 +604,6 @@ def _against_noise(bench: Bench) -> str:
     rung, unit = bench.ladder[-1], bench.fit.unit
     held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
     return f"{held} on {bench.left_out_unit} left out; noise alone gives {noise}"
-
-
-def _change(bench: Bench) -> str:
-    """The errors held out of the newest two models."""
-    one = change_held_out(bench, *bench.ladder[-2:])
-    return f"{one.before} before, {one.after} with it"
 
 
 def _opinion(diagnosis: Diagnosis) -> Opinion:

@@ -8,7 +8,12 @@ import numpy as np
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import sample_quantile
-from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square
+from imucal_wizard.estimate.distributions import (
+    EXACT_FREEDOM,
+    WITHIN_NINETY,
+    chi_square,
+    exceeded,
+)
 from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.variance_components import (
     determined,
@@ -34,6 +39,8 @@ other rows do not show that combination."""
 EARLY = 2.0 / 3.0
 """Share of the session that predicts what comes later."""
 
+MADE_BY_NOISE_P = 0.05
+"""Probability of errors as large as those that count as made by noise."""
 MIN_LATER = 3
 """Holds or rotations that are left to be predicted, at least."""
 
@@ -68,11 +75,27 @@ def rms_in_noise(found: "Minimum[Experiment]", out: FloatArray) -> float:
         found: the fit.
         out: error of each row held out, NaN where it is not judged, shape (n,).
     """
+    return float(np.sqrt(_squares_in_noise(found, out).mean()))
+
+
+def made_by_noise(found: "Minimum[Experiment]", out: FloatArray) -> bool:
+    """Whether measured noise makes errors held out as large as these in one case of twenty.
+
+    Args:
+        found: the fit.
+        out: error of each row held out, NaN where it is not judged, shape (n,).
+    """
+    squares = _squares_in_noise(found, out)
+    return exceeded(float(squares.mean()), len(squares), EXACT_FREEDOM) > MADE_BY_NOISE_P
+
+
+def _squares_in_noise(found: "Minimum[Experiment]", out: FloatArray) -> FloatArray:
+    """Squares of the errors of the rows that judge a model, in units of measured noise."""
     noise = found.independent.measured(_noise_root(found))
     sources = found.experiment.sources
     rows = np.concatenate([np.full(len(s.labels), s.confirms) for s in sources])
     rows &= (found.groups >= 0) & np.isfinite(out)
-    return float(np.sqrt((out[rows] ** 2 / (noise[rows] ** 2).sum(axis=1)).mean()))
+    return np.asarray(out[rows] ** 2 / (noise[rows] ** 2).sum(axis=1))
 
 
 @dataclass(frozen=True, eq=False)

@@ -251,6 +251,7 @@ class SensorFit:
         rms_late: error of the later part of the session under the fit of the earlier part; None
             where the earlier part does not determine the model.
         late_in_noise: the same of all rows that judge a model, each in units of its noise.
+        late_by_noise: whether it is no larger than measured noise makes it.
         reference: of an accelerometer, up in each hold.
         experiment: the rows that were fitted, for a fit of the same data with other terms.
         outlier: the hold or rotation that does not fit with all others, if one stands out.
@@ -294,6 +295,7 @@ class SensorFit:
     rms_late: float | None = None
     held_out_in_noise: float | None = None
     late_in_noise: float | None = None
+    late_by_noise: bool = False
     reference: GravityReference | None = None
     experiment: "Experiment | None" = None
     outlier: "Outlier | None" = None

@@ -13,7 +13,7 @@ from imucal_wizard.core.quantities import (
     true_minus,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
-from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of
+from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of, falls
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
@@ -282,11 +282,18 @@ def ladder_rows(
         lead = "▸ " if one is last else "  "
         rows.append(row(lead, _step_name(ladder, place), one.rms_fitted, one.rms_held_out))
         if one.confirmed is False:
-            rows.append("    ▲ only the fitted error fell, not the held-out error")
+            rows.append(f"    ▲ {refuted_by(ladder[place - 1], one)}")
     if height is not None:
         rows = rows[-max(1, height - 2) :]
     head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
     return [head[:width], *rows, row("  ", "noise alone", *noise)]
+
+
+def refuted_by(below: Rung, above: Rung) -> str:
+    """What is said of a model that data held out do not confirm."""
+    if falls(below.held_out_in_noise, above.held_out_in_noise):
+        return "the early part of the session does not predict the late part better"
+    return "only the fitted error fell, not the held-out error"
 
 
 def _step_name(ladder: Sequence[Rung], place: int) -> str:

@@ -1,7 +1,8 @@
 """What is added without being asked, settled between the settings tried, or taken back."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import Extra, record
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.diagnose.bench import Bench
-from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.bench import Bench, confirmed
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import add_by_itself, judged
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.simulate.hidden import parse_hidden
 
@@ -76,6 +78,50 @@ def test_a_jump_is_not_left_under_the_name_that_it_resembles(seed: int) -> None:
     assert said.opinion.verdict is Verdict.UNEXPLAINED
     assert bench.fit.terms == ()
     assert len(bench.ladder) == 1
+
+
+@dataclass(frozen=True)
+class OneBench:
+    """The benches of one sensor, which waits for no other."""
+
+    only: Bench
+
+    def bench(self, sensor: str) -> Bench:
+        """That one."""
+        del sensor
+        return self.only
+
+    def waits(self, sensor: str) -> bool:
+        """For nothing."""
+        del sensor
+        return False
+
+    def copied(self) -> "OneBench":
+        """With a copy of it."""
+        return OneBench(self.only.copied())
+
+
+def test_what_would_be_taken_back_is_not_called_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name that looks certain until it is added; the bench is as before after the trial."""
+    bench = bench_of("second-order:4:x")
+    before, benches = bench.look(), cast("Benches", OneBench(bench))
+    assert before.opinion.verdict is Verdict.MISSING
+    assert judged(benches, bench) is before
+    monkeypatch.setattr(Bench, "confirmed", lambda *_: False)
+    assert judged(benches, bench).opinion.verdict is not Verdict.MISSING
+    assert bench.look() is before
+
+
+def test_late_data_that_show_only_noise_do_not_refute_an_effect_of_time() -> None:
+    """With it and without, the early data predict them as well as the noise permits."""
+    first = bench_of("warm-up:6:y").ladder[0]
+    below = replace(first, held_out_in_noise=2.0, late_in_noise=0.98, late_by_noise=True)
+    above = replace(below, held_out_in_noise=1.0, late_in_noise=1.01)
+    assert confirmed(below, above, of_time=True)
+    assert not confirmed(below, replace(above, held_out_in_noise=2.1), of_time=True)
+    worse = replace(above, late_in_noise=1.6, late_by_noise=False)
+    assert not confirmed(below, worse, of_time=True)
+    assert confirmed(below, worse, of_time=False)
 
 
 def test_what_was_added_is_the_first_explanation() -> None:

@@ -192,15 +192,17 @@ def test_a_size_has_the_decimals_that_its_error_allows(
 
 
 def test_a_rung_whose_held_out_error_rose_is_marked(snapshot: BenchSnapshot) -> None:
-    first = snapshot.ladder[0]
+    first = replace(snapshot.ladder[0], held_out_in_noise=1.0)
     held_out = first.rms_held_out
     assert held_out is not None
     worse = replace(first, model=(*first.model, "third-order"), added="third-order",
                     rms_fitted=0.9 * first.rms_fitted, rms_held_out=1.1 * held_out,
-                    confirmed=False,
+                    held_out_in_noise=1.1, confirmed=False,
                     )  # fmt: skip
     unit = snapshot.fit.unit
     assert "▲ only the fitted error fell" in "\n".join(ladder_rows((first, worse), unit, 76))
+    late = replace(worse, held_out_in_noise=0.9)
+    assert "does not predict the late part" in "\n".join(ladder_rows((first, late), unit, 76))
     better = replace(worse, rms_held_out=0.5 * held_out, confirmed=True)
     assert "▲" not in "\n".join(ladder_rows((first, better), unit, 76))
 

@@ -17,6 +17,7 @@ from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.formula import FormulaEffect
+from imucal_wizard.report.bench_text import refuted_by
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
@@ -49,7 +50,6 @@ _PREDICT = (
     "(↑↓), commit with enter. p shows the answer at once."
 )
 _IN_MEMORY = "▲ If the program is ended now, this model is lost: {}. s saves it."
-_ROSE = "▲ Only the fitted error fell, not the held-out error. u takes the term back."
 _TABLE = "On a rate table: record more steps or mountings and fit all files together."
 _CIRCLES = "For more circles, leave the bench and repeat the step Field."
 _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
@@ -333,7 +333,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             self.selection.show(snapshot)
             self.selection.select(choose)
             if snapshot.ladder[-1].confirmed is False:
-                self.note = (_ROSE, "warn")
+                why = refuted_by(*snapshot.ladder[-2:]).capitalize()
+                self.note = (f"▲ {why}. u takes the term back.", "warn")
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
             elif act is None and (restored := owner.models.restored):
