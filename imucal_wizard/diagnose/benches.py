@@ -2,8 +2,8 @@
 
 Gravity as measured by the accelerometer is the gyroscope's reference. A second-order term of 3
 mg/g² left out of the accelerometer tilts that reference by 0.07°, twice the noise of a rotation,
-and the error would be attributed to the gyroscope. A magnetometer's rows are magnitudes, which need
-no reference.
+and the error would be attributed to the gyroscope. A magnetometer's magnitudes need no reference;
+only its dip does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -162,8 +162,15 @@ class Benches:
         return Referee(bench.look().misfit)
 
     def waits(self, sensor: str) -> bool:
-        """Whether the accelerometer's model must be complete before this sensor's can be judged."""
-        return self._experiment(sensor).needs_reference and not self.passed
+        """Whether the accelerometer's model must be complete before this sensor's can be judged.
+
+        What that model lacks may be all that speaks against this one.
+        """
+        measured = self._experiment(sensor)
+        if not any(one.needs_reference for one in measured.sources) or self.passed:
+            return False
+        bench = None if measured.needs_reference else self.bench(sensor)
+        return bench is None or bench.look().rejected_by_reference
 
     def fitted(self) -> FitReport:
         """The report with the benches' fits: of models with effects, and against their reference.

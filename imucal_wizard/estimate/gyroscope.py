@@ -94,7 +94,7 @@ class GyroscopeExperiment(Movable):
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
-    base_terms, needs_reference = BASE, True
+    base_terms = BASE
 
     def __init__(
         self,
