@@ -10,6 +10,7 @@ from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
+from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.blocks import Blocks
@@ -326,3 +327,22 @@ def test_a_gyroscope_that_feels_gravity_hides_no_rest(unit: str, size: float) ->
     report = fit_readings(replace(readings, gyroscope=Series(gyroscope.time, felt, unit)))
     assert len(report.holds) == len(fit_readings(readings).holds)
     assert report.warnings == ()
+
+
+def test_without_a_gyroscope_a_stretch_far_noisier_than_the_rests_is_no_hold() -> None:
+    """A slow turn about the vertical pushes the device to and fro; its mean shows gravity hardly.
+
+    Thirty times the noise of the others, it set the floor and the interval of the error held out.
+    """
+    readings = session()
+    usual = find_holds(readings, STANDARD_GRAVITY)[0]
+    pushed = usual[10]
+    series = readings.accelerometer
+    own = (series.time >= pushed.start) & (series.time < pushed.end)
+    push = uniform_filter1d(np.random.default_rng(1).standard_normal((own.sum(), 3)), 20, axis=0)
+    values = series.values.copy()
+    values[own] += 0.2 * (push - push.mean(axis=0))
+    alone = Readings(replace(series, values=values), None)
+    holds = find_holds(alone, STANDARD_GRAVITY)[0]
+    assert len(holds) == len(usual) - 1
+    assert not any(one.start < pushed.end and pushed.start < one.end for one in holds)
