@@ -343,6 +343,8 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
 
     Its bias has jumped, or the device lies on something that turns. Turns about the vertical, after
     which the gyroscope reads its usual mean again, are none: the accelerometer does not see them.
+    Of rests without a hold between them all are such turns, or none. The last ones may be so to the
+    end of the recording, if there were others before.
 
     Args:
         stream: the recording.
@@ -354,7 +356,9 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     if limits.rate is None or usual is None:
         return []
     most = np.maximum(limits.rate, stream.least_rate)
-    found, turns = [], []
+    ends = np.array([one.end for one in holds])
+    parts: dict[int, list[tuple[float, float]]] = {}
+    jumped: set[int] = set()
     for one in holds_under(replace(stream, resting_rate=None), limits):
         if one.gyroscope is None or any(
             hold.start < one.end and one.start < hold.end for hold in holds
@@ -363,10 +367,15 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
         off = one.gyroscope - usual[here]
         if (np.abs(off) > most).any():
-            found.append((one.start, one.end))
-            returns = any(hold.start >= one.end for hold in holds)
-            turns.append(returns and _about_vertical(off, one.accelerometer, most))
-    return [] if all(turns) else found
+            part = int((ends <= one.start).sum())
+            parts.setdefault(part, []).append((one.start, one.end))
+            if not _about_vertical(off, one.accelerometer, most):
+                jumped.add(part)
+    last = len(holds)
+    at_end = np.abs(stream.blocks.mean[-1, 3:] - usual[-1]) <= most
+    if last in parts and len(jumped) == len(parts) - 1 and not at_end.all():
+        jumped.add(last)
+    return [rest for part in sorted(jumped) for rest in parts[part]]
 
 
 def _about_vertical(rate: FloatArray, force: FloatArray, limit: FloatArray) -> bool:

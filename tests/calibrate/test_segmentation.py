@@ -264,6 +264,42 @@ def test_a_turn_about_the_vertical_is_no_rest_in_which_the_bias_jumped() -> None
     assert not report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
 
 
+@pytest.mark.parametrize("end", ["after another", "at rest again"])
+def test_a_turn_about_the_vertical_may_be_the_last_motion(end: str) -> None:
+    """No hold follows it, so that nothing but what is before shows that the bias has not jumped."""
+    readings = session()
+    if end == "after another":
+        readings, _ = _turned_in_a_rest(readings, 4.0, 30.0)
+    last = fit_readings(session()).holds[-1]
+    up = last.accelerometer / np.linalg.norm(last.accelerometer)
+    first, past = (round(RATE * one) for one in (last.start + 1.5, last.start + 4.0))
+
+    def turn(values: FloatArray) -> FloatArray:
+        values[first:past] += np.radians(30.0) * up
+        return values
+
+    seconds = (past + (0 if end == "after another" else 60)) / RATE
+    both = with_gyroscope(readings, turn)
+    cut = Readings(both.accelerometer.between(0.0, seconds), _gyroscope(both).between(0.0, seconds))
+    stream = reduce_recording(cut)
+    assert stream is not None
+    holds = holds_at(stream, 16.0)
+    assert holds[-1].end < first / RATE + 0.5
+    assert rests_apart(stream, holds) == []
+    # 2 °/s along x in the second half are no turns, and the circles are none of its rests
+    half = 0.5 * seconds
+
+    def jump(values: FloatArray) -> FloatArray:
+        values[round(half * RATE) :, 0] += np.radians(2.0)
+        return values
+
+    jumped = reduce_recording(with_gyroscope(cut, jump))
+    assert jumped is not None
+    apart = rests_apart(jumped, [one for one in holds if one.end < half])
+    assert len(apart) > 5
+    assert min(start for start, _ in apart) > half - 0.5
+
+
 def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope() -> None:
     """Held in the hand, turned on a table: no hold has the rate of the turn, so none was found."""
     turned, rows = _turned_in_a_rest(session(), 4.0, 30.0)
