@@ -13,23 +13,19 @@ FIELD = "magnetometer"
 
 
 class SilentSamples:
-    """Finds samples that are zero on all axes, once the sensor has read something else.
-
-    Args:
-        answered: the sensor is known to read something else, as that of a whole file is.
+    """Finds samples that are zero on all axes, those before the first answer of the sensor too.
 
     Attributes:
         running: number of silent samples since the last other one.
     """
 
-    def __init__(self, *, answered: bool = False) -> None:
-        self._answered = answered
+    def __init__(self) -> None:
         self.running = 0
 
     @property
     def answers(self) -> bool:
         """Whether the newest sample is a measurement."""
-        return self._answered and not self.running
+        return not self.running
 
     def heard(self, values: FloatArray) -> BoolArray | None:
         """Which samples are measurements, shape (n,); None if all are.
@@ -38,15 +34,12 @@ class SilentSamples:
             values: shape (n, 3), n > 0.
         """
         if values.all():
-            self._answered, self.running = True, 0
+            self.running = 0
             return None
         heard = ~true_on_all_axes(values == 0.0)
         numbered = np.flatnonzero(heard)
-        if not self._answered:
-            heard[: int(numbered[0]) if len(numbered) else len(heard)] = True
-        self._answered |= len(numbered) > 0
-        after = len(heard) - 1 - int(numbered[-1]) if len(numbered) else self.running + len(heard)
-        self.running = after if self._answered else 0
+        before = self.running + len(heard)
+        self.running = len(heard) - 1 - int(numbered[-1]) if len(numbered) else before
         return None if heard.all() else heard
 
 

@@ -95,7 +95,7 @@ def _without_silent(samples: FileSamples) -> FileSamples:
     series, notes = dict(samples.series), []
     for name, most in _MAX_SILENT_SHARE.items():
         one = series.get(name)
-        heard = None if one is None else SilentSamples(answered=True).heard(one.values)
+        heard = None if one is None else SilentSamples().heard(one.values)
         if heard is None or not heard.any() or (~heard).mean() > most:
             continue
         series |= heard_rows(series, name, heard)
