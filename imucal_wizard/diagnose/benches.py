@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import not_calibrated
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_turning
@@ -20,7 +21,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS, Effect
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, SENSORS, Effect
 
 
 class Benches:
@@ -176,21 +177,29 @@ class Benches:
         """The report with the benches' fits: of models with effects, and against their reference.
 
         Effects added to the accelerometer change the gravity that the other sensors are fitted to.
+        One that cannot be fitted to it has no fit in the report, and a warning says why.
         """
         moved = ACCELEROMETER in self._benches and bool(self.accelerometer.fit.terms)
-        sensors = dict(self.report.sensors)
+        sensors, warnings = dict(self.report.sensors), list(self.report.warnings)
         for name, before in self.report.sensors.items():
             follows = moved and before.rows is not None  # a paper's method has its own reference
             if before.experiment is None or not (follows or name in self._benches):
                 continue
-            bench = self.bench(name)
+            try:
+                bench = self.bench(name)
+            except DataError as error:
+                del sensors[name]
+                warnings.append(not_calibrated(name, error))
+                continue
             if bench is None:
                 continue
             smaller = bench.fit.base != bench.whole
             moved_too = follows and bench.measured is not before.experiment
             if bench.fit.terms or smaller or moved_too:
                 sensors[name] = replace(bench.fit, warnings=before.warnings)
-        return replace(self.report, sensors=sensors)
+        report = replace(self.report, sensors=sensors, warnings=tuple(warnings))
+        aligned = MAGNETOMETER in sensors
+        return report if aligned else replace(report, magnetic=None, second_stage=None)
 
     def _rounding(self, sensor: str) -> Rounding | None:
         readings = self.readings

@@ -118,11 +118,13 @@ def _seconds_that_count(holds: Sequence[Hold]) -> float:
     What is much noisier than the others may be a part of a motion. A gyroscope shows that it is
     none, and then the hold is the end of rotations.
     """
+    if not holds:
+        return 0.0
     noise = np.sqrt([np.trace(one.accelerometer_covariance) for one in holds])
-    weighs = noise <= MAX_NOISE_OF_HOLD * median(noise) if len(holds) else []
+    weighs = noise <= MAX_NOISE_OF_HOLD * median(noise)
     return sum(
         one.end - one.start
-        for one, counts in zip(holds, weighs, strict=True)
+        for one, counts in zip(holds, weighs.tolist(), strict=True)
         if counts or one.gyroscope is not None
     )
 
