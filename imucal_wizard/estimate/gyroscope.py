@@ -173,6 +173,7 @@ class GyroscopeExperiment(Movable):
         span = last - first
         walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost) * span
+        walked += (one.across_gaps @ (self._start.matrix**2).T).max(axis=1)
         closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's
         coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2

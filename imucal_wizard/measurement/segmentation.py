@@ -41,15 +41,12 @@ from imucal_wizard.core.limits.stillness import (
     VARIANCE_FACTORS,
     WINDOW_BLOCKS,
 )
-from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import (
-    MAX_SAMPLE_INTERVALS,
     BoolArray,
     FloatArray,
     IntArray,
     Readings,
     Series,
-    across_restarts,
 )
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
@@ -66,6 +63,7 @@ from imucal_wizard.measurement.blocks import (
     resample_gyroscope,
 )
 from imucal_wizard.measurement.clipping import RateSegment, clipped_motions, clipped_rotation
+from imucal_wizard.measurement.gaps import gap_problem
 from imucal_wizard.measurement.holds import (
     Hold,
     Rests,
@@ -496,7 +494,7 @@ def rotations_between(
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
         )
-        problem = _problem(part, interval, before.end, after.start)
+        problem = _problem(part, interval, before, after)
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     whole = [one for one in rotations if one.problem is None]
@@ -556,29 +554,12 @@ def _rest(before: Hold, after: Hold) -> FloatArray:
     return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
 
 
-def largest_gap(time: FloatArray, start: float, end: float) -> float:
-    """Longest time without a sample in the motion from the end of a hold to the start of the next.
-
-    A gyroscope that starts late or stops early misses the beginning or the end of the motion.
-
-    Args:
-        time: of the samples, at least one, s.
-        start: of the motion, s.
-        end: of the motion, s.
-    """
-    whole = np.concatenate([[min(start, time[0])], time, [max(end, time[-1])]])
-    return float(np.diff(whole).max())
-
-
-def _problem(part: Series, interval: float, start: float, end: float) -> str | None:
+def _problem(part: Series, interval: float, before: Hold, after: Hold) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
-    gap = largest_gap(part.time, start, end)
-    if gap > MAX_SAMPLE_INTERVALS * interval:
-        unknown = "the angle in it is not known"
-        if across_restarts(np.array([gap])).any():
-            return f"the recording was interrupted in it: {unknown}"
-        return Notice(f"a gap of {gap:.2f} s: {unknown}", NoticeKind.GAP, "gyroscope")
+    gap = gap_problem(part, interval, before, after)
+    if gap is not None:
+        return gap
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

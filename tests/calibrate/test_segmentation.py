@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.notices import NoticeKind
@@ -14,6 +15,7 @@ from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.blocks import Blocks
+from imucal_wizard.measurement.gaps import error_across_gaps
 from imucal_wizard.measurement.holds import Hold, hold_at_rest
 from imucal_wizard.measurement.segmentation import (
     ReducedRecording,
@@ -167,6 +169,56 @@ def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
     assert len(faulty) == 1
     assert "gap of 0.5" in (faulty[0].problem or "")
     assert faulty[0].time[0] < middle < faulty[0].time[-1]
+
+
+def _with_gaps(readings: Readings, samples: int) -> Readings:
+    """The recording without so many samples in the middle of each rotation."""
+    gyroscope, kept = _gyroscope(readings), np.ones(len(readings), bool)
+    for turn in fit_readings(readings).rotations:
+        middle = int(np.searchsorted(gyroscope.time, 0.5 * (turn.time[0] + turn.time[-1])))
+        kept[middle : middle + samples] = False
+    series = readings.accelerometer
+    return Readings(
+        replace(series, time=series.time[kept], values=series.values[kept]),
+        replace(gyroscope, time=gyroscope.time[kept], values=gyroscope.values[kept]),
+    )
+
+
+def test_a_gap_of_two_samples_costs_no_rotation() -> None:
+    """The rate changes little in 30 ms; in a fifth of a second it may do anything."""
+    readings = session()
+    plain = fit_readings(readings)
+    torn = fit_readings(_with_gaps(readings, 2))
+    assert len(torn.rotations) == len(plain.rotations)
+    assert [one.problem for one in torn.rotations] == [None] * len(plain.rotations)
+    before, after = plain.sensors["gyroscope"], torn.sensors["gyroscope"]
+    assert after.floor is not None
+    assert before.floor is not None
+    assert before.floor < after.floor < 1.1 * before.floor
+    for old, new in zip(before.parameters, after.parameters, strict=True):
+        assert abs(new.value - old.value) < 0.5 * (old.standard_error or 0.0)
+    spoilt = fit_readings(_with_gaps(readings, 20)).rotations
+    assert all("gap of 0.2" in (one.problem or "") for one in spoilt)
+
+
+def test_the_rates_around_a_gap_show_what_it_costs() -> None:
+    """Of turns and noise that are drawn anew, the integral across a gap is as wrong as is said."""
+    rng, errors, said = np.random.default_rng(5), [], []
+    for _ in range(40):
+        time = np.arange(120) / RATE
+        turn = np.sin(np.pi * time / time[-1]) ** 2 * rng.uniform(1.0, 3.0)
+        tremor = 0.05 * np.sin(2.0 * np.pi * rng.uniform(6.0, 10.0) * time + rng.uniform(0.0, 6.0))
+        rate = (turn + tremor)[:, None] * np.ones(3) + 0.002 * rng.standard_normal((120, 3))
+        kept = np.ones(120, bool)
+        first = int(rng.integers(40, 75))
+        kept[first : first + 4] = False
+        whole, left = (
+            CubicSpline(time[rows], rate[rows]).integrate(0.0, time[-1])
+            for rows in (np.ones(120, bool), kept)
+        )
+        errors.append(left - whole)
+        said.append(error_across_gaps(time[kept], rate[kept], 1.0 / RATE))
+    assert np.mean(np.square(errors)) == pytest.approx(np.mean(said), rel=0.5)
 
 
 def test_gaps_of_any_length_are_one_reason() -> None:
