@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilentSamples, heard_rows
+from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilenceFilter
 from imucal_wizard.core.limits.data_quality import GRAVITY_BLOCK_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.units import COUNT
@@ -38,7 +38,7 @@ class StreamCorrections:
     """
 
     def __init__(self) -> None:
-        self._silent = {name: SilentSamples() for name in ("accelerometer", FIELD)}
+        self._silence = SilenceFilter()
         self._beside: list[Readings] = []
         self._repeats: RepeatFilter | None = None
         self._watches = {name: SignWatch() for name in (*INERTIAL, FIELD)}
@@ -56,7 +56,7 @@ class StreamCorrections:
     @property
     def problem(self) -> str:
         """Why no samples are left; "" otherwise."""
-        if self._silent["accelerometer"].running < _MAX_SILENT:
+        if self._silence.watches["accelerometer"].running < _MAX_SILENT:
             return ""
         return (
             "The accelerometer reads exactly zero on all axes: it does not answer, or the device "
@@ -83,7 +83,13 @@ class StreamCorrections:
         ):
             return readings  # the usual stream, of which nothing is corrected
         before, repeats = len(readings), self._repeats
-        heard = self._without_silent(readings)
+        heard = self._silence.feed(readings)
+        for name in self._silence.left_out:
+            self._note(
+                f"silent {name}",
+                f"samples of the {name} that read exactly zero on all axes are left out: the "
+                "sensor did not answer, or had no new reading",
+            )
         if repeats is None:
             repeats = self._repeats = RepeatFilter(period)
         once = None
@@ -94,7 +100,8 @@ class StreamCorrections:
         if repeats.period != 1.0:
             name = "accelerometer and the gyroscope" if repeats.sensors > 1 else "accelerometer"
             self._note("repeats", *repeats_note(name, repeats.period))
-        there = [one for name, one in self._silent.items() if getattr(readings, name) is not None]
+        watches = self._silence.watches.items()
+        there = [one for name, one in watches if getattr(readings, name) is not None]
         usual = repeats.period == 1.0 and not (self._watches or self.signs)
         self._plain = repeats.decided and usual and all(one.answers for one in there)
         return self._counted(once, before)
@@ -113,30 +120,6 @@ class StreamCorrections:
     def _note(self, key: str, *texts: str) -> None:
         for text in texts:
             self._notes.setdefault(key, text)
-
-    def _without_silent(self, readings: Readings) -> Readings:
-        """Without samples that are zero on all axes: gravity and the Earth's field never are."""
-        for name, watch in self._silent.items():
-            series = getattr(readings, name)
-            if series is None or not len(series):
-                continue
-            heard = watch.heard(series.values)
-            if heard is None:
-                continue
-            there = {one: getattr(readings, one) for one in (*INERTIAL, FIELD)}
-            left = {**there, **heard_rows(there, name, heard)}
-            readings = replace(
-                readings,
-                accelerometer=left["accelerometer"],
-                gyroscope=left["gyroscope"],
-                magnetometer=left[FIELD],
-            )
-            self._note(
-                f"silent {name}",
-                f"samples of the {name} that read exactly zero on all axes are left out: the "
-                "sensor did not answer, or had no new reading",
-            )
-        return readings
 
     def _signed(self, readings: Readings) -> Readings:
         """With the negative numbers of counts that were sent as unsigned ones."""

@@ -150,6 +150,15 @@ class BenchFindings:
         """See ``could_be.could_be``."""
         return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 
+    @cached_property
+    def rejected_by_reference(self) -> bool:
+        """Whether only rows that rest on the accelerometer's model speak against this one."""
+        rows = self.misfit.table.needs_reference
+        if self.opinion.verdict is Verdict.COMPLETE or not rows.any():
+            return False
+        others = self.misfit.without(rows)
+        return judge_misfit(others, *explained(others)).verdict is Verdict.COMPLETE
+
     @property
     def p(self) -> float:
         """Chance that noise alone makes any suspect look as good as the likeliest one here."""

@@ -2,8 +2,8 @@
 
 Gravity as measured by the accelerometer is the gyroscope's reference. A second-order term of 3
 mg/g² left out of the accelerometer tilts that reference by 0.07°, twice the noise of a rotation,
-and the error would be attributed to the gyroscope. A magnetometer's rows are magnitudes, which need
-no reference.
+and the error would be attributed to the gyroscope. A magnetometer's magnitudes need no reference;
+only its dip does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import not_calibrated
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_turning
@@ -21,7 +22,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS, Effect
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, SENSORS, Effect
 
 
 class Benches:
@@ -172,28 +173,43 @@ class Benches:
         return Referee(bench.look().misfit)
 
     def waits(self, sensor: str) -> bool:
-        """Whether the accelerometer's model must be complete before this sensor's can be judged."""
-        return self._experiment(sensor).needs_reference and not self.passed
+        """Whether the accelerometer's model must be complete before this sensor's can be judged.
+
+        What that model lacks may be all that speaks against this one.
+        """
+        measured = self._experiment(sensor)
+        if not any(one.needs_reference for one in measured.sources) or self.passed:
+            return False
+        bench = None if measured.needs_reference else self.bench(sensor)
+        return bench is None or bench.look().rejected_by_reference
 
     def fitted(self) -> FitReport:
         """The report with the benches' fits: of models with effects, and against their reference.
 
         Effects added to the accelerometer change the gravity that the other sensors are fitted to.
+        One that cannot be fitted to it has no fit in the report, and a warning says why.
         """
         moved = ACCELEROMETER in self._benches and bool(self.accelerometer.fit.terms)
-        sensors = dict(self.report.sensors)
+        sensors, warnings = dict(self.report.sensors), list(self.report.warnings)
         for name, before in self.report.sensors.items():
             follows = moved and before.rows is not None  # a paper's method has its own reference
             if before.experiment is None or not (follows or name in self._benches):
                 continue
-            bench = self.bench(name)
+            try:
+                bench = self.bench(name)
+            except DataError as error:
+                del sensors[name]
+                warnings.append(not_calibrated(name, error))
+                continue
             if bench is None:
                 continue
             smaller = bench.fit.base != bench.whole
             moved_too = follows and bench.measured is not before.experiment
             if bench.fit.terms or smaller or moved_too:
                 sensors[name] = replace(bench.fit, warnings=before.warnings)
-        return replace(self.report, sensors=sensors)
+        report = replace(self.report, sensors=sensors, warnings=tuple(warnings))
+        aligned = MAGNETOMETER in sensors
+        return report if aligned else replace(report, magnetic=None, second_stage=None)
 
     def _rounding(self, sensor: str) -> Rounding | None:
         readings = self.readings

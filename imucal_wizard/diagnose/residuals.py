@@ -7,11 +7,12 @@ magnitude of the magnetometer, or its dip.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import IntEnum
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.experiment import Experiment
@@ -136,9 +137,18 @@ class WhitenedResiduals:
     def lack_without(self, sources: Sequence[int]) -> LackOfFit:
         """The same without the rows of some holds or rotations."""
         out = np.isin(self.source, sources)
+        base = self.without(out).base
+        return lack_of_fit(self.residual, base, self.sigma, self.visits.without(out))
+
+    def without(self, out: BoolArray) -> "WhitenedResiduals":
+        """What is left of the other rows.
+
+        Args:
+            out: rows that say nothing, shape (n,).
+        """
         # an error of its own for each of these rows takes them out
-        columns = np.column_stack([self.base, self.whitened(np.eye(len(self))[:, out])])
-        return lack_of_fit(self.residual, columns, self.sigma, self.visits.without(out))
+        own = self.whitened(np.eye(len(self))[:, out])
+        return replace(self, base=np.column_stack([self.base, own]))
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {

@@ -25,6 +25,7 @@ from imucal_wizard.estimate.held_out import (
     rms_fitted,
     rms_in_noise,
 )
+from imucal_wizard.model.terms import Term, Terms
 
 MIN_SIZE_IN_ERRORS = 3.0
 """A size is named from so many standard errors on."""
@@ -60,7 +61,9 @@ class EffectTrial:
         """Of the sizes, shape (p, p)."""
         found, own = self.found, self._own
         pull, prior = found.pull()[own], found.balance.covariance[own]
-        return pull @ self.noise @ pull.T + (prior * found.balance.precision) @ prior.T
+        by_all = pull @ self.noise @ pull.T + (prior * found.balance.precision) @ prior.T
+        terms = [Term(one.effect, one.variant) for one in self.candidates]
+        return Terms(found.experiment.sensor, terms).within_gauge(by_all)
 
     @property
     def standard_error(self) -> FloatArray:

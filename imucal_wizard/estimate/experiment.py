@@ -92,8 +92,6 @@ class Experiment(ABC):
         covariance_entries: which of the twelve entries ``SensorFit.covariance`` is of, in order.
         at_rest: the sensor is read in still periods; else while it is turned.
         settled: parameters that another fit has determined and that are reported with these.
-        needs_reference: its rows rest on gravity as the accelerometer's model sees it, so that they
-            cannot be judged before that model is complete.
         on_table: what a rate table did, of a gyroscope that was calibrated by it alone.
         guided: the operator of the wizard can add rows to it; else no next poses are proposed.
         slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
@@ -115,11 +113,15 @@ class Experiment(ABC):
     covariance_entries: tuple[int, ...] = tuple(range(ENTRIES))
     at_rest: bool = True
     settled: "tuple[Parameter, ...]" = ()
-    needs_reference: bool = False
     guided: bool = True
     on_table: "TableData | None" = None
     slow_noise_measured: bool | None = None
     shows_slow_noise: str = "repeat some poses or rest for a minute"
+
+    @property
+    def needs_reference(self) -> bool:
+        """Whether the rows that judge it rest on gravity as the accelerometer's model sees it."""
+        return any(one.judged and one.needs_reference for one in self.sources)
 
     @abstractmethod
     def under(

@@ -351,7 +351,8 @@ def _covariances(
     # repeats show the scatter of the rows fitted only where all of these are such rows
     if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
         by_repeats = repeats.rms**2 / float(found.white_variance.mean()) * of_entries
-    return of_entries, covariance[found.sizes, found.sizes], by_repeats
+    of_sizes = found.terms.within_gauge(covariance[found.sizes, found.sizes])
+    return of_entries, of_sizes, by_repeats
 
 
 def _accused(found: Minimum[Experiment], table: ResidualTable) -> Outlier | None:

@@ -15,7 +15,7 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series
+from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.accelerometer import BASE
@@ -34,8 +34,8 @@ from imucal_wizard.estimate.second_stage.error_modes import principal
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time
+from imucal_wizard.measurement.gaps import gap_problem
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.segmentation import largest_gap
 from imucal_wizard.model.rows.field_closure import FieldClosure
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.source import Parameters, RowLabels
@@ -121,10 +121,14 @@ def segments(holds: Sequence[Hold], gyroscope: Series) -> list[Segment]:
     interval = median(np.diff(gyroscope.time)) if len(gyroscope) > 1 else 0.0
     out = []
     for index, (before, after) in enumerate(itertools.pairwise(holds)):
-        start, end = before.end, after.start
-        part = gyroscope.between(start - ROTATION_OVERLAP_SECONDS, end + ROTATION_OVERLAP_SECONDS)
-        one = _segment(index, index + 1, part, interval)
-        if one is not None and largest_gap(one.time, start, end) <= MAX_SAMPLE_INTERVALS * interval:
+        part = gyroscope.between(
+            before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
+        )
+        one = _segment(index, index + 1, part)
+        if one is None:
+            continue
+        whole = Series(one.time, one.rate, gyroscope.unit)
+        if gap_problem(whole, interval, before, after) is None:
             out.append(one)
     return out
 
@@ -137,20 +141,20 @@ def segments_of(rotations: Sequence[Rotation], holds: Sequence[Hold]) -> list[Se
         before, after = places.get(id(rotation.before)), places.get(id(rotation.after))
         if rotation.problem is not None or before is None or after is None:
             continue
-        interval = median(np.diff(rotation.time))
-        one = _segment(before, after, Series(rotation.time, rotation.rate, ""), interval)
+        one = _segment(before, after, Series(rotation.time, rotation.rate, ""))
         out += [] if one is None else [one]
     return out
 
 
-def _segment(before: int, after: int, part: Series, interval: float) -> Segment | None:
-    """A motion whose samples are all there and that does not last too long."""
+def _segment(before: int, after: int, part: Series) -> Segment | None:
+    """A motion with samples that does not last too long."""
     later = strictly_later(part.time)
     time, rate = part.time[later], part.values[later]
-    whole = len(time) > MIN_SAMPLES and bool(
-        (np.diff(time) <= MAX_SAMPLE_INTERVALS * interval).all()
-    )
-    if not whole or time[-1] - time[0] > MAX_SEGMENT_SECONDS or not np.isfinite(rate).all():
+    if (
+        len(time) <= MIN_SAMPLES
+        or time[-1] - time[0] > MAX_SEGMENT_SECONDS
+        or not np.isfinite(rate).all()
+    ):
         return None
     return Segment(before, after, time, rate)
 
@@ -331,10 +335,11 @@ def _heading_rows(
     samples, _ = turned.between_means(known.holds, rest.carried)
     origin = first_time(known.holds, readings)
     labels = _labels(rotations, turns, origin)
-    walk = (float(rest.per_second.mean()) + known.lost) * np.diff(labels.span)[:, 0]
+    walk = (float(rest.per_second.mean()) + known.lost.aliased) * np.diff(labels.span)[:, 0]
     rounded = turned.rounding_in_motion(known.holds).variance
     rounded = (rounded @ (start.matrix**2).T).mean(axis=1)
-    noise = rest.end[before] + rest.end[after] + walk + rounded
+    missing = (turned.across_gaps @ (start.matrix**2).T).max(axis=1)
+    noise = rest.end[before] + rest.end[after] + walk + rounded + missing
     noise = np.maximum(noise, MIN_CLOSING_NOISE**2)
     by_gravity = GravityClosure(
         samples=samples,

@@ -28,7 +28,7 @@ from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
-from imucal_wizard.estimate.sampling_loss import sampling_loss
+from imucal_wizard.estimate.sampling_loss import SamplingLoss, sampling_loss
 from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     estimate_slow_errors,
@@ -88,13 +88,12 @@ class GyroscopeExperiment(Movable):
         free: which of the twelve entries the rotations determine.
         readings: what the holds were found in: beginning of the session, temperature.
         more: rows of other kinds.
-        lost: variance per second by what sampling loses, rad²/s; None for what the spectrum of the
-            rates allows.
+        lost: what sampling loses of the rotations; None for what the spectrum of the rates allows.
         spectrum: of the readings at rest, where it is known.
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
-    base_terms, needs_reference = BASE, True
+    base_terms = BASE
 
     def __init__(
         self,
@@ -107,7 +106,7 @@ class GyroscopeExperiment(Movable):
         free: Sequence[int] = tuple(range(ENTRIES)),
         readings: Readings | None = None,
         more: Sequence[RowSource] = (),
-        lost: float | None = None,
+        lost: SamplingLoss | None = None,
         spectrum: RestSpectrum | None = None,
     ) -> None:
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
@@ -172,7 +171,7 @@ class GyroscopeExperiment(Movable):
         first, last = one.spans.T
         span = last - first
         walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
-        walked = (walk.min(axis=1) + self.lost) * span
+        walked = (walk.min(axis=1) + self.lost.aliased) * span + self._of_its_own
         closing = rest.end[one.before] + rest.end[one.after] + walked
         # of axes that may be mounted otherwise than the accelerometer's
         coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2
@@ -183,6 +182,13 @@ class GyroscopeExperiment(Movable):
             np.maximum(closing, MIN_CLOSING_NOISE**2),
             walk,
         )
+
+    @property
+    def _of_its_own(self) -> FloatArray:
+        """Variance of each closure by what only that rotation has: missing samples, noise, (m,)."""
+        across = (self.rotations.across_gaps @ (self._start.matrix**2).T).max(axis=1)
+        span = np.diff(self.rotations.spans, axis=1)[:, 0]
+        return np.asarray(across + self.lost.white * span)
 
     def _closures(
         self, known: Circumstances, noise: FloatArray, walk: FloatArray
@@ -266,7 +272,9 @@ class GyroscopeExperiment(Movable):
             free: which of the twelve entries all rows together determine.
         """
         args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
-        return GyroscopeExperiment(*args, self.readings, more, self.lost)
+        added = np.zeros(len(rotations.usable) - len(self.lost.white))
+        lost = replace(self.lost, white=np.append(self.lost.white, added))
+        return GyroscopeExperiment(*args, self.readings, more, lost)
 
     def under(
         self, reference: GravityReference | None, readings: Readings | None
@@ -415,7 +423,7 @@ class GyroscopeExperiment(Movable):
     def undersampled(self) -> float | None:
         """Rms closure by what sampling loses, rad, where it is most of the noise; else None."""
         span = np.diff(self.rotations.spans, axis=1)[:, 0]
-        lost = 2.0 * float((self.lost * span).mean())
+        lost = 2.0 * float((self.lost.aliased * span).mean())
         tilts = self._tilts()[self.closure.holds].sum(axis=1)
         whole = 2.0 * float((self.closure.noise + tilts).mean())
         return float(np.sqrt(lost)) if lost > 0.5 * whole else None
@@ -424,7 +432,7 @@ class GyroscopeExperiment(Movable):
     def unsteady(self) -> int:
         """How many rotations begin or end where the device was far from being at rest."""
         noise = self.closure.noise + self._tilts()[self.closure.holds].sum(axis=1)
-        return int((noise > UNSTEADY * median(noise)).sum())
+        return int((noise - self._of_its_own > UNSTEADY * median(noise)).sum())
 
 
 def in_session_by_rests(

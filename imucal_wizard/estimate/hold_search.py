@@ -7,6 +7,7 @@ import numpy as np
 from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_fit
 from imucal_wizard.estimate.fit import Minimum
@@ -27,6 +28,9 @@ from imucal_wizard.model.identifiability import expected_error
 EQUAL_EXPECTED_RATIO = 1.1
 """Expected errors that differ by less say nothing: each comes from about thirty residuals, which
 know a spread to 13 % at best."""
+MAX_NOISE_OF_HOLD = 10.0
+"""Noise of a hold over that of most, above which it has less than a hundredth of their weight: it
+is of use only where it adds a direction, and then the expected error falls."""
 SECONDS_OF_SIX_HOLDS = 12.0
 """A longer recording is not too short for six holds of two seconds."""
 GOOD_ENOUGH = 1e-3
@@ -91,10 +95,11 @@ def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None
 
 
 def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
-    """Of those that are about as good as the best, the one with the longest holds.
+    """Of those that are about as good as the best, the one with the longest holds that count.
 
     A limit that is too strict breaks holds to pieces, one too loose adds slow moments of turns. The
     pieces of one rest are judged as one, or a calm rest would count the more the more it is broken.
+    Of limits that are equal in all that counts it is the strictest.
     """
     least = min(errors)
     if not np.isfinite(least):
@@ -104,7 +109,24 @@ def _best(found: Sequence[list[Hold]], errors: Sequence[float]) -> list[Hold]:
         for one, error in zip(found, errors, strict=True)
         if error <= EQUAL_EXPECTED_RATIO * least
     ]
-    return max(equal, key=lambda holds: sum(one.end - one.start for one in holds))
+    return max(equal, key=_seconds_that_count)
+
+
+def _seconds_that_count(holds: Sequence[Hold]) -> float:
+    """Duration of the holds; without a gyroscope, of those that have a weight in the calibration.
+
+    What is much noisier than the others may be a part of a motion. A gyroscope shows that it is
+    none, and then the hold is the end of rotations.
+    """
+    if not holds:
+        return 0.0
+    noise = np.sqrt([np.trace(one.accelerometer_covariance) for one in holds])
+    weighs = noise <= MAX_NOISE_OF_HOLD * median(noise)
+    return sum(
+        one.end - one.start
+        for one, counts in zip(holds, weighs.tolist(), strict=True)
+        if counts or one.gyroscope is not None
+    )
 
 
 def judge(holds: Sequence[Hold], gravity: float, rests: IntArray | None = None) -> float:

@@ -3,18 +3,27 @@
 import itertools
 from collections.abc import Sequence
 from dataclasses import field, replace
+from functools import cached_property
 
 import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import (
+    MAX_READING,
+    MAX_SAMPLE_INTERVALS,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    distinct,
+)
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
 from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
+from imucal_wizard.measurement.gaps import error_across_gaps
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.rows.source import (
     Parameters,
@@ -57,6 +66,18 @@ class RotationSet:
         """Times of the first and last sample of each, s, shape (m, 2)."""
         offsets = self.samples.offsets
         return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
+
+    @cached_property
+    def across_gaps(self) -> FloatArray:
+        """Variance of the integral of each axis by missing samples, reading units² s², (m, 3)."""
+        samples = self.samples
+        interval, steps = median(samples.dt[samples.dt > 0.0]), np.diff(samples.time)
+        found = np.zeros((len(self.usable), 3))
+        wide = (steps > MAX_SAMPLE_INTERVALS * interval) & (np.diff(samples.rotation) == 0)
+        for row in distinct(samples.rotation[:-1][wide]):
+            own = slice(*samples.offsets[row : row + 2])
+            found[row] = error_across_gaps(samples.time[own], samples.reading[own], interval)
+        return np.nan_to_num(found, posinf=0.0)
 
     def rates(self, calibration: Parameters) -> FloatArray:
         """Corrected rate of each sample, rad/s, shape (n, 3)."""

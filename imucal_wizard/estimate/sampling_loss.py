@@ -19,6 +19,11 @@ the estimate is too large. It never depends on how well the rotations close.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
+
+A rotation may lead through a rest that was too noisy for a hold, and collects what is noise there.
+Noise is white, where the rate of a hand falls as 1/ν² at least: sampled, that has twice the power
+at f/4 that it has at f/2, so that ``2 q(f/2) − q(f/4)`` is the power of white noise, or less. Nor
+is that more than the power at any frequency.
 """
 
 import itertools
@@ -26,13 +31,15 @@ import itertools
 import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.estimate.rest_spectrum import (
     CLEAR,
     HALF,
     IMAGES,
     MIN_SPECTRUM_SAMPLES,
+    QUARTER,
     RestSpectrum,
     passed,
 )
@@ -46,26 +53,44 @@ TAPERED = 0.05
 """Share of a rotation at either end that is faded; the device hardly moves there."""
 
 
+@dataclass(frozen=True, eq=False)
+class SamplingLoss:
+    """Variance per second of the integral of a rate about one axis, rad²/s.
+
+    Attributes:
+        aliased: by motion above half the sampling rate, the same in all rotations.
+        white: by noise beyond that of the holds, shape (m,).
+    """
+
+    aliased: float
+    white: FloatArray
+
+
 def sampling_loss(
     samples: RotationSamples,
     rate: FloatArray,
     at_rest: RestSpectrum,
     noise: float,
     rounding: float = 0.0,
-) -> float:
-    """Variance per second of the integral of a rate about one axis, rad²/s.
+) -> SamplingLoss:
+    """What the spectrum of the rates shows of each rotation beside the noise at rest.
 
     Args:
-        samples: of the rotations.
+        samples: of m rotations.
         rate: corrected rate of each sample, rad/s, shape (n, 3).
         at_rest: the spectrum of the rates at rest.
         noise: of the sensor at low frequencies, mean of the axes, rad²/s.
         rounding: variance × time by rounding that is not seen at rest, rad²/s.
     """
-    half, lower, count = _in_motion(samples, rate)
+    power, counts = _in_motion(samples, rate)
     own = float(at_rest.half.mean()) + rounding
-    if half - own <= CLEAR * own / np.sqrt(max(count, 1)):
-        return 0.0
+    white = _white(power, counts, own)
+    others = white == 0.0  # in most rotations only all together show it
+    white[others] = _white(power[others].sum(axis=0), counts[others].sum(axis=0), own)
+    totals = np.maximum(counts.sum(axis=0), 1)
+    half, lower, _ = ((power - white[:, None] * counts).sum(axis=0) / totals).tolist()
+    if half - own <= CLEAR * own / np.sqrt(totals[0]):
+        return SamplingLoss(0.0, white)
     half, lower = half - own, lower - own
     corner = at_rest.corner(noise)
 
@@ -79,13 +104,32 @@ def sampling_loss(
     law = int(np.argmin(np.abs(np.log(falls) - np.log(half / max(lower, 0.5 * half)))))
     lost = float(half * image(0.0)[law] / image(0.475)[law])
     tremor = at_rest.tremor(noise)
-    return min(lost, half / tremor * noise) if tremor else lost
+    return SamplingLoss(min(lost, half / tremor * noise) if tremor else lost, white)
 
 
-def _in_motion(samples: RotationSamples, rate: FloatArray) -> tuple[float, float, int]:
-    """Power density around f/2 and 3f/8, mean of the axes; number of values of the first."""
-    power, count = np.zeros(2), np.zeros(2, int)
-    for first, past in itertools.pairwise(samples.offsets.tolist()):
+def _white(power: FloatArray, count: IntArray, own: float) -> FloatArray:
+    """Power of white noise beyond that at rest, shape (…); 0 where it is not clear.
+
+    Args:
+        power: see ``_in_motion``, shape (…, 3).
+        count: the same.
+        own: power at rest.
+    """
+    many = np.maximum(count, 1)
+    each, doubt = power / many, power / many**1.5
+    white = np.minimum(2.0 * each[..., 0] - each[..., 2], each.min(axis=-1)) - own
+    clear = white > CLEAR * np.hypot(2.0 * doubt[..., 0], doubt[..., 2])
+    return np.where(clear, white, 0.0)
+
+
+def _in_motion(samples: RotationSamples, rate: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Power around f/2, 3f/8 and f/4 of each rotation, summed over values of all axes, (m, 3).
+
+    And the number of these values, shape (m, 3).
+    """
+    power = np.zeros((len(samples.offsets) - 1, 3))
+    count = np.zeros(power.shape, np.int64)
+    for row, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
         if past - first < MIN_SPECTRUM_SAMPLES:
             continue
         place = np.arange(past - first) / (past - first - 1.0)
@@ -93,9 +137,7 @@ def _in_motion(samples: RotationSamples, rate: FloatArray) -> tuple[float, float
         step = median(np.diff(samples.time[first:past])) / float(window @ window)
         density = step * np.abs(np.fft.rfft(window[:, None] * rate[first:past], axis=0)) ** 2
         frequency = np.fft.rfftfreq(past - first)
-        for number, (low, high) in enumerate((HALF, NEAR)):
+        for number, (low, high) in enumerate((HALF, NEAR, QUARTER)):
             inside = density[(frequency >= low) & (frequency <= high)]
-            power[number] += inside.sum()
-            count[number] += inside.size
-    half, lower = (power / np.maximum(count, 1)).tolist()
-    return half, lower, int(count[0])
+            power[row, number], count[row, number] = inside.sum(), inside.size
+    return power, count

@@ -335,7 +335,7 @@ def missing_samples(time: FloatArray) -> str:
     lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
     return (
         f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
-        f" {time[longest] - time[0]:.6g} s; rotations across a gap are not used"
+        f" {time[longest] - time[0]:.6g} s; rotations whose angle they leave open are not used"
     )
 
 

@@ -41,15 +41,12 @@ from imucal_wizard.core.limits.stillness import (
     VARIANCE_FACTORS,
     WINDOW_BLOCKS,
 )
-from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import (
-    MAX_SAMPLE_INTERVALS,
     BoolArray,
     FloatArray,
     IntArray,
     Readings,
     Series,
-    across_restarts,
 )
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
@@ -66,6 +63,7 @@ from imucal_wizard.measurement.blocks import (
     resample_gyroscope,
 )
 from imucal_wizard.measurement.clipping import RateSegment, clipped_motions, clipped_rotation
+from imucal_wizard.measurement.gaps import gap_problem
 from imucal_wizard.measurement.holds import (
     Hold,
     Rests,
@@ -343,6 +341,8 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
 
     Its bias has jumped, or the device lies on something that turns. Turns about the vertical, after
     which the gyroscope reads its usual mean again, are none: the accelerometer does not see them.
+    Of rests without a hold between them all are such turns, or none. The last ones may be so to the
+    end of the recording, if there were others before.
 
     Args:
         stream: the recording.
@@ -354,7 +354,9 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
     if limits.rate is None or usual is None:
         return []
     most = np.maximum(limits.rate, stream.least_rate)
-    found, turns = [], []
+    ends = np.array([one.end for one in holds])
+    parts: dict[int, list[tuple[float, float]]] = {}
+    jumped: set[int] = set()
     for one in holds_under(replace(stream, resting_rate=None), limits):
         if one.gyroscope is None or any(
             hold.start < one.end and one.start < hold.end for hold in holds
@@ -363,10 +365,15 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         here = min(int(np.searchsorted(stream.blocks.end, one.end)), len(usual) - 1)
         off = one.gyroscope - usual[here]
         if (np.abs(off) > most).any():
-            found.append((one.start, one.end))
-            returns = any(hold.start >= one.end for hold in holds)
-            turns.append(returns and _about_vertical(off, one.accelerometer, most))
-    return [] if all(turns) else found
+            part = int((ends <= one.start).sum())
+            parts.setdefault(part, []).append((one.start, one.end))
+            if not _about_vertical(off, one.accelerometer, most):
+                jumped.add(part)
+    last = len(holds)
+    at_end = np.abs(stream.blocks.mean[-1, 3:] - usual[-1]) <= most
+    if last in parts and len(jumped) == len(parts) - 1 and not at_end.all():
+        jumped.add(last)
+    return [rest for part in sorted(jumped) for rest in parts[part]]
 
 
 def _about_vertical(rate: FloatArray, force: FloatArray, limit: FloatArray) -> bool:
@@ -487,7 +494,7 @@ def rotations_between(
         part = gyroscope.between(
             before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
         )
-        problem = _problem(part, interval, before.end, after.start)
+        problem = _problem(part, interval, before, after)
         force = _at(accelerometer, part.time)
         rotations.append(Rotation(before, after, part.time, part.values, None, problem, force))
     whole = [one for one in rotations if one.problem is None]
@@ -547,29 +554,12 @@ def _rest(before: Hold, after: Hold) -> FloatArray:
     return np.asarray(np.mean(known, axis=0)) if known else np.zeros(3)
 
 
-def largest_gap(time: FloatArray, start: float, end: float) -> float:
-    """Longest time without a sample in the motion from the end of a hold to the start of the next.
-
-    A gyroscope that starts late or stops early misses the beginning or the end of the motion.
-
-    Args:
-        time: of the samples, at least one, s.
-        start: of the motion, s.
-        end: of the motion, s.
-    """
-    whole = np.concatenate([[min(start, time[0])], time, [max(end, time[-1])]])
-    return float(np.diff(whole).max())
-
-
-def _problem(part: Series, interval: float, start: float, end: float) -> str | None:
+def _problem(part: Series, interval: float, before: Hold, after: Hold) -> str | None:
     if len(part) < 3:
         return "no gyroscope samples in it"
-    gap = largest_gap(part.time, start, end)
-    if gap > MAX_SAMPLE_INTERVALS * interval:
-        unknown = "the angle in it is not known"
-        if across_restarts(np.array([gap])).any():
-            return f"the recording was interrupted in it: {unknown}"
-        return Notice(f"a gap of {gap:.2f} s: {unknown}", NoticeKind.GAP, "gyroscope")
+    gap = gap_problem(part, interval, before, after)
+    if gap is not None:
+        return gap
     if not np.isfinite(part.values).all():
         return "some of its samples are not numbers"
     return None

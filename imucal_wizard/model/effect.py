@@ -234,6 +234,8 @@ class Effect(ABC):
             by its rms.
         hides: where it acts, readings do not show the input, so that they remain wrong with it.
         bounded: its size is never far above the typical one, unlike that of a faulty sensor.
+        gauge: combinations of its parameters that add up to nothing, whatever the input. They are
+            zero by convention, and the sizes and their standard errors are of the rest.
         stories: its lesson, by sensor.
     """
 
@@ -252,6 +254,7 @@ class Effect(ABC):
     free: bool = False
     hides: bool = False
     bounded: bool = False
+    gauge: tuple[tuple[float, ...], ...] = ()
     field_unit: FieldUnit = FieldUnit()
     stories: Mapping[str, Story] = {}
 

@@ -70,6 +70,15 @@ class Terms:
         """Sizes (…, p) term by term."""
         return tuple(sizes[..., group] for group in self.groups)
 
+    def within_gauge(self, covariance: FloatArray) -> FloatArray:
+        """Covariance of the sizes, (p, p), without what they have by convention only."""
+        kept = np.eye(len(self))
+        for term, own in zip(self.terms, self.groups, strict=True):
+            if term.effect.gauge:
+                fixed = np.array(term.effect.gauge).T
+                kept[own, own] -= fixed @ np.linalg.pinv(fixed)
+        return np.asarray(kept @ covariance @ kept)
+
     def _names(self) -> list[str]:
         seen: Counter[str] = Counter()
         names = []

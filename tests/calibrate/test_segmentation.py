@@ -4,15 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
+from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.blocks import Blocks
+from imucal_wizard.measurement.gaps import error_across_gaps
 from imucal_wizard.measurement.holds import Hold, hold_at_rest
 from imucal_wizard.measurement.segmentation import (
     ReducedRecording,
@@ -168,6 +171,56 @@ def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
     assert faulty[0].time[0] < middle < faulty[0].time[-1]
 
 
+def _with_gaps(readings: Readings, samples: int) -> Readings:
+    """The recording without so many samples in the middle of each rotation."""
+    gyroscope, kept = _gyroscope(readings), np.ones(len(readings), bool)
+    for turn in fit_readings(readings).rotations:
+        middle = int(np.searchsorted(gyroscope.time, 0.5 * (turn.time[0] + turn.time[-1])))
+        kept[middle : middle + samples] = False
+    series = readings.accelerometer
+    return Readings(
+        replace(series, time=series.time[kept], values=series.values[kept]),
+        replace(gyroscope, time=gyroscope.time[kept], values=gyroscope.values[kept]),
+    )
+
+
+def test_a_gap_of_two_samples_costs_no_rotation() -> None:
+    """The rate changes little in 30 ms; in a fifth of a second it may do anything."""
+    readings = session()
+    plain = fit_readings(readings)
+    torn = fit_readings(_with_gaps(readings, 2))
+    assert len(torn.rotations) == len(plain.rotations)
+    assert [one.problem for one in torn.rotations] == [None] * len(plain.rotations)
+    before, after = plain.sensors["gyroscope"], torn.sensors["gyroscope"]
+    assert after.floor is not None
+    assert before.floor is not None
+    assert before.floor < after.floor < 1.1 * before.floor
+    for old, new in zip(before.parameters, after.parameters, strict=True):
+        assert abs(new.value - old.value) < 0.5 * (old.standard_error or 0.0)
+    spoilt = fit_readings(_with_gaps(readings, 20)).rotations
+    assert all("gap of 0.2" in (one.problem or "") for one in spoilt)
+
+
+def test_the_rates_around_a_gap_show_what_it_costs() -> None:
+    """Of turns and noise that are drawn anew, the integral across a gap is as wrong as is said."""
+    rng, errors, said = np.random.default_rng(5), [], []
+    for _ in range(40):
+        time = np.arange(120) / RATE
+        turn = np.sin(np.pi * time / time[-1]) ** 2 * rng.uniform(1.0, 3.0)
+        tremor = 0.05 * np.sin(2.0 * np.pi * rng.uniform(6.0, 10.0) * time + rng.uniform(0.0, 6.0))
+        rate = (turn + tremor)[:, None] * np.ones(3) + 0.002 * rng.standard_normal((120, 3))
+        kept = np.ones(120, bool)
+        first = int(rng.integers(40, 75))
+        kept[first : first + 4] = False
+        whole, left = (
+            CubicSpline(time[rows], rate[rows]).integrate(0.0, time[-1])
+            for rows in (np.ones(120, bool), kept)
+        )
+        errors.append(left - whole)
+        said.append(error_across_gaps(time[kept], rate[kept], 1.0 / RATE))
+    assert np.mean(np.square(errors)) == pytest.approx(np.mean(said), rel=0.5)
+
+
 def test_gaps_of_any_length_are_one_reason() -> None:
     """What was said of them is counted by what it is about, and other reasons by their words."""
     stream = session()
@@ -263,6 +316,42 @@ def test_a_turn_about_the_vertical_is_no_rest_in_which_the_bias_jumped() -> None
     assert not report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
 
 
+@pytest.mark.parametrize("end", ["after another", "at rest again"])
+def test_a_turn_about_the_vertical_may_be_the_last_motion(end: str) -> None:
+    """No hold follows it, so that nothing but what is before shows that the bias has not jumped."""
+    readings = session()
+    if end == "after another":
+        readings, _ = _turned_in_a_rest(readings, 4.0, 30.0)
+    last = fit_readings(session()).holds[-1]
+    up = last.accelerometer / np.linalg.norm(last.accelerometer)
+    first, past = (round(RATE * one) for one in (last.start + 1.5, last.start + 4.0))
+
+    def turn(values: FloatArray) -> FloatArray:
+        values[first:past] += np.radians(30.0) * up
+        return values
+
+    seconds = (past + (0 if end == "after another" else 60)) / RATE
+    both = with_gyroscope(readings, turn)
+    cut = Readings(both.accelerometer.between(0.0, seconds), _gyroscope(both).between(0.0, seconds))
+    stream = reduce_recording(cut)
+    assert stream is not None
+    holds = holds_at(stream, 16.0)
+    assert holds[-1].end < first / RATE + 0.5
+    assert rests_apart(stream, holds) == []
+    # 2 °/s along x in the second half are no turns, and the circles are none of its rests
+    half = 0.5 * seconds
+
+    def jump(values: FloatArray) -> FloatArray:
+        values[round(half * RATE) :, 0] += np.radians(2.0)
+        return values
+
+    jumped = reduce_recording(with_gyroscope(cut, jump))
+    assert jumped is not None
+    apart = rests_apart(jumped, [one for one in holds if one.end < half])
+    assert len(apart) > 5
+    assert min(start for start, _ in apart) > half - 0.5
+
+
 def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope() -> None:
     """Held in the hand, turned on a table: no hold has the rate of the turn, so none was found."""
     turned, rows = _turned_in_a_rest(session(), 4.0, 30.0)
@@ -326,3 +415,22 @@ def test_a_gyroscope_that_feels_gravity_hides_no_rest(unit: str, size: float) ->
     report = fit_readings(replace(readings, gyroscope=Series(gyroscope.time, felt, unit)))
     assert len(report.holds) == len(fit_readings(readings).holds)
     assert report.warnings == ()
+
+
+def test_without_a_gyroscope_a_stretch_far_noisier_than_the_rests_is_no_hold() -> None:
+    """A slow turn about the vertical pushes the device to and fro; its mean shows gravity hardly.
+
+    Thirty times the noise of the others, it set the floor and the interval of the error held out.
+    """
+    readings = session()
+    usual = find_holds(readings, STANDARD_GRAVITY)[0]
+    pushed = usual[10]
+    series = readings.accelerometer
+    own = (series.time >= pushed.start) & (series.time < pushed.end)
+    push = uniform_filter1d(np.random.default_rng(1).standard_normal((own.sum(), 3)), 20, axis=0)
+    values = series.values.copy()
+    values[own] += 0.2 * (push - push.mean(axis=0))
+    alone = Readings(replace(series, values=values), None)
+    holds = find_holds(alone, STANDARD_GRAVITY)[0]
+    assert len(holds) == len(usual) - 1
+    assert not any(one.start < pushed.end and pushed.start < one.end for one in holds)

@@ -71,9 +71,10 @@ def test_repeated_directions_tell_slow_noise_from_what_the_model_lacks(plan: Pla
 
 
 def test_while_the_accelerometer_is_worked_on_the_magnetometers_effects_are_kept() -> None:
-    """Its dip is measured anew; its magnitudes need no reference, so that it never waits."""
+    """Its dip is measured anew; it does not wait, as that agrees with it."""
     benches = Benches(*recorded("magnetometer/current:0.3:x"))
     bench = field_bench(benches, anew=False)
+    assert not bench.look().rejected_by_reference
     bench.add("current")
     benches.accelerometer.remove("non-orthogonality")
     assert not benches.passed
@@ -81,6 +82,28 @@ def test_while_the_accelerometer_is_worked_on_the_magnetometers_effects_are_kept
     again = field_bench(benches, anew=False)
     assert again is not bench
     assert again.fit.model == bench.fit.model
+
+
+def test_a_magnetometer_waits_where_only_its_dip_is_against_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What the accelerometer lacks turns up; what magnitudes show is the magnetometer's own."""
+    report, readings = recorded()
+    fitted = report.sensors["accelerometer"]
+    assert fitted.reference is not None
+    rng = np.random.default_rng(1)
+    up = fitted.reference.up + 0.1 * rng.standard_normal(fitted.reference.up.shape)
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    tilted = replace(fitted, reference=replace(fitted.reference, up=up))
+    sensors = {**report.sensors, "accelerometer": tilted}
+    monkeypatch.setattr(Benches, "passed", property(lambda _: False))
+    said = {}
+    for turned in (report, replace(report, sensors=sensors)):
+        benches = Benches(turned, readings)
+        said[turned is report] = diagnosis_of(benches, field_bench(benches, anew=False))
+    assert said[True].verdict is Verdict.COMPLETE
+    assert said[False].verdict is Verdict.WAITING
+    assert "accelerometer's model is not complete" in said[False].says
 
 
 @pytest.mark.parametrize(

@@ -75,9 +75,20 @@ def test_a_field_that_always_oscillates_is_not_taken_for_sensor_noise() -> None:
     directions = six_circles(rng)
     swing = 40.0 * np.sin(1.7 * np.arange(len(directions)))[:, None] * np.array([1.0, 0.3, 0.5])
     loud = fit_magnetometer(recorded(directions, rng, extra=swing).series).fit
-    assert any("from one sample to the next" in text for text in loud.warnings)
+    swings = f"as sampled at {80.0 * 1.7 / (2.0 * np.pi):.3g} Hz: is there a loudspeaker"
+    assert any(swings in text for text in loud.warnings)
     calm = fit_magnetometer(recorded(directions, rng).series).fit
     assert not any("from one sample to the next" in text for text in calm.warnings)
+
+
+def test_a_noisy_sensor_is_not_said_to_be_beside_a_loudspeaker() -> None:
+    """Its noise is white: nothing swings."""
+    rng = np.random.default_rng(42)
+    directions = six_circles(rng)
+    noise = 20.0 * rng.standard_normal((len(directions), 3))
+    (said,) = fit_magnetometer(recorded(directions, rng, extra=noise).series).fit.warnings
+    assert "noise is large" in said
+    assert "loudspeaker" not in said
 
 
 def test_a_long_rest_on_one_face_does_not_dominate() -> None:

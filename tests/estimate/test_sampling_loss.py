@@ -43,7 +43,7 @@ def test_it_is_what_the_sum_of_samples_lacks(fall: float) -> None:
            for few, all_of_it in zip(sampled, whole, strict=True)]  # fmt: skip
     time = STEP * np.arange(300.0)
     samples = rotation_samples([time] * 60, sampled)
-    loss = sampling_loss(samples, samples.reading, _at_rest(0.0, 0.0), 0.0)
+    loss = sampling_loss(samples, samples.reading, _at_rest(0.0, 0.0), 0.0).aliased
     assert 3.0 * loss == pytest.approx(np.mean(np.square(off)), rel=0.35)
 
 
@@ -53,7 +53,26 @@ def test_noise_of_the_samples_is_no_tremor() -> None:
     for _ in range(20):
         rates = [np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3)) for _ in range(20)]
         samples = rotation_samples([time] * 20, rates)
-        assert sampling_loss(samples, samples.reading, CALM, NOISE) < 0.1 * NOISE
+        lost = sampling_loss(samples, samples.reading, CALM, NOISE)
+        assert lost.aliased + lost.white.mean() < 0.1 * NOISE
+
+
+def test_a_noisy_rest_within_a_rotation_is_noise_of_that_rotation() -> None:
+    """Four seconds with five times the noise; a hand's motion adds none."""
+    rng, time = np.random.default_rng(7), STEP * np.arange(900.0)
+    turn = np.sin(np.pi * np.minimum(time / 2.0, 1.0))[:, None] ** 2
+    rates = []
+    for row in range(40):
+        noise = np.sqrt(NOISE / STEP) * rng.standard_normal((900, 3))
+        noise[300:700] *= 5.0 if row < 10 else 1.0
+        motion = np.tile(_shaken(2.0, rng)[::FINER], (3, 1)) if row >= 30 else 0.0
+        rates.append(noise + turn + 1e-2 * motion)
+    samples = rotation_samples([time] * 40, rates)
+    white = sampling_loss(samples, samples.reading, CALM, NOISE).white
+    more = 24.0 * NOISE * 400.0 / 900.0
+    assert (white[:10] > 0.5 * more).sum() >= 8  # it must be clear in each
+    assert white[:10].mean() == pytest.approx(more, rel=0.3)
+    assert white[10:].mean() < 0.02 * more
 
 
 def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
@@ -69,10 +88,10 @@ def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
         noise = np.sqrt(NOISE / STEP) * rng.standard_normal((300, 3))
         rates.append(noise + 1e-2 * waves.sum(axis=1)[:, None])
     samples = rotation_samples([time] * 20, rates)
-    calm = sampling_loss(samples, samples.reading, CALM, NOISE)
+    calm = sampling_loss(samples, samples.reading, CALM, NOISE).aliased
     half = 8.0 * 0.5e-4 / (2.0 * 10.0)
     shaken = _at_rest(0.7 * half, NOISE)
-    trembling = sampling_loss(samples, samples.reading, shaken, NOISE)
+    trembling = sampling_loss(samples, samples.reading, shaken, NOISE).aliased
     assert calm > 100.0 * NOISE
     assert trembling < NOISE
 

@@ -61,6 +61,35 @@ def test_a_recording_at_rest_gives_its_noise_with_units(
     assert said["sensors"]["gyroscope"]["units"]["white"] == "rad/s/sqrt(Hz)"
 
 
+def test_silent_samples_are_left_out_as_of_a_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The sensor does not answer at first and now and then; zeros are no noise and no motion."""
+    values = force(8109)
+    silent = np.random.default_rng(8109).random(COUNT) < 0.02
+    silent[:30] = True
+    values[silent] = 0.0
+    path = tmp_path / "silent.csv"
+    path.write_bytes(csv_of(TIME, values))
+    recording = LongRecording(path, RecordingOptions())
+    assert sum(len(one) for one in recording) == COUNT - silent.sum()
+    assert any(f"{silent.sum()} samples of the accelerometer" in one for one in recording.warnings)
+    found = document(capsys, str(path))["sensors"]["accelerometer"]
+    assert found["disturbances"] == []
+    # a straight line across a lost sample lessens the noise
+    assert found["axes"]["x"]["white"] == pytest.approx(TRUE_WHITE, rel=0.03)
+
+
+def test_zeros_of_a_sensor_that_never_answers_are_kept(tmp_path: Path) -> None:
+    """Its rows are those of a gyroscope that does."""
+    path = tmp_path / "dead.csv"
+    rates = three_axes(8102, COUNT, RATE, white=2e-4)
+    path.write_bytes(csv_of(TIME, np.zeros((COUNT, 3)), rates))
+    (readings,) = LongRecording(path, RecordingOptions())
+    assert readings.gyroscope is not None
+    assert len(readings.gyroscope) == COUNT
+
+
 def test_motion_is_named_and_left_out(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     values = force(8103)
     values[2_500:2_560] += 0.3 * np.sin(np.arange(60))[:, None]  # a bump at 50 s

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.api import load
-from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
@@ -32,6 +32,28 @@ def means(bench: Bench) -> FloatArray:
     """The accelerometer's reading in each hold."""
     assert isinstance(bench.measured, AccelerometerExperiment)
     return np.array([hold.accelerometer for hold in bench.measured.holds])
+
+
+def test_a_sensor_that_cannot_be_fitted_anew_is_named_and_the_others_are_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A changed accelerometer is another reference, which these data may not suffice for."""
+    whole = tumbled()
+    benches = Benches(whole.report, whole.readings)
+    benches.accelerometer.add("second-order")
+    bench = Benches.bench
+
+    def refused(self: Benches, sensor: str) -> Bench | None:
+        if sensor == "magnetometer":
+            raise DataError("its rows determine nothing")
+        return bench(self, sensor)
+
+    monkeypatch.setattr(Benches, "bench", refused)
+    saved = load(written(benches, tmp_path / "c.json"))
+    assert set(saved.sensors) == set(whole.report.sensors) - {"magnetometer"}
+    assert saved.sensors["accelerometer"].model[-1] == "second-order"
+    assert "the magnetometer is not calibrated: its rows determine nothing" in saved.warnings
+    assert benches.fitted().why_not("magnetometer") in saved.warnings
 
 
 def test_what_the_bench_added_is_saved_and_applied(tmp_path: Path) -> None:

@@ -34,6 +34,13 @@ from imucal_wizard.acquire.files.recording_files import (
     unreadable,
 )
 from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.silent_samples import (
+    MAX_SILENT_SHARE,
+    SilenceFilter,
+    sends_zeros,
+    series_of,
+    silent_note,
+)
 from imucal_wizard.acquire.stream_corrections import with_signs
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.input import is_file, open_unpacked, unpacked
@@ -95,9 +102,10 @@ class LongRecording:
         beginning = Intake(setup, recording=True)
         beginning.feed(text, 0.0)
         named = named_by_file(setup, beginning, self._path.name)
-        signs = _signs(_decoded(Intake(named, recording=True), pieces()))
+        signs = _signs(_heard(_decoded(Intake(named, recording=True), pieces()), {}))
         intake, told = Intake(named, recording=True), dict[str, str]()
-        for readings in _decoded(intake, pieces()):
+        silent = dict[str, int]()
+        for readings in _heard(_decoded(intake, pieces()), silent):
             signed = with_signs(readings, signs)
             for name in signs.keys() - told.keys():
                 changed = changed_sign(getattr(readings, name).values, getattr(signed, name).values)
@@ -106,7 +114,8 @@ class LongRecording:
             yield signed
         if not intake.samples:
             raise unreadable(intake, setup)
-        self.warnings = (*notes, *intake.warnings, *told.values(), *misfits(intake))
+        left_out = (silent_note(*one) for one in silent.items())
+        self.warnings = (*notes, *intake.warnings, *left_out, *told.values(), *misfits(intake))
 
     def _session(self) -> Iterator[Readings]:
         from imucal_wizard.acquire.files.session_file import (
@@ -152,6 +161,24 @@ def _signs(parts: Iterator[Readings]) -> dict[str, int]:
         if not any(one.possible for one in watches.values()):
             break
     return {name: one for name, one in bits.items() if one}
+
+
+def _heard(parts: Iterator[Readings], left_out: dict[str, int]) -> Iterator[Readings]:
+    """The readings without silent samples, but of sensors whose zeros the first piece explains.
+
+    Args:
+        parts: the readings of a file.
+        left_out: receives the number of samples that are left out, by sensor.
+    """
+    silence: SilenceFilter | None = None
+    for readings in parts:
+        if silence is None:
+            own = series_of(readings)
+            silence = SilenceFilter(
+                name for name in MAX_SILENT_SHARE if not sends_zeros(name, own[name])
+            )
+        yield silence.feed(readings)
+    left_out |= {} if silence is None else silence.left_out
 
 
 def _decoded(intake: Intake, pieces: Iterator[tuple[bytes, float]]) -> Iterator[Readings]:

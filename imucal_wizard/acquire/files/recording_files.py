@@ -420,7 +420,9 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         )
     warnings = [*([damage] if damage else []), *samples.warnings]
     if intake.lost:
-        warnings.append(f"{intake.lost} samples are missing; rotations across a gap are not used")
+        warnings.append(
+            f"{intake.lost} samples are missing; rotations whose angle they leave open are not used"
+        )
     if intake.malformed:
         warnings.append(f"{intake.malformed} lines or frames could not be read; left out")
     return FileSamples(samples.series, tuple(warnings))

@@ -13,19 +13,21 @@ from imucal_wizard.acquire.column_guess import (
     unit_note,
 )
 from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
-from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilentSamples, heard_rows
+from imucal_wizard.acquire.silent_samples import (
+    FIELD,
+    INERTIAL,
+    MAX_SILENT_SHARE,
+    SilentSamples,
+    heard_rows,
+    sends_zeros,
+    silent_note,
+)
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
 from imucal_wizard.measurement.unsigned_counts import as_signed, changed_sign, signs_note
-
-_MAX_SILENT_SHARE = {"accelerometer": 0.5, FIELD: 1.0}
-"""Share of samples that are zero on all axes above which they are what the device sends: one that
-removes gravity sends zero at rest. Nothing removes the field, and a file with a line for each
-measurement of a faster sensor may be filled up with zeros to any share."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +95,15 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
 def _without_silent(samples: FileSamples) -> FileSamples:
     """Without the samples in which a sensor did not answer."""
     series, notes = dict(samples.series), []
-    for name, most in _MAX_SILENT_SHARE.items():
+    for name in MAX_SILENT_SHARE:
         one = series.get(name)
-        heard = None if one is None else SilentSamples(answered=True).heard(one.values)
-        if heard is None or not heard.any() or (~heard).mean() > most:
+        if one is None or not len(one) or sends_zeros(name, one):
+            continue
+        heard = SilentSamples().heard(one.values)
+        if heard is None:
             continue
         series |= heard_rows(series, name, heard)
-        notes.append(
-            f"{plural(int((~heard).sum()), 'sample')} of the {name} read exactly zero on all axes: "
-            "the sensor did not answer, or the file was filled up; left out"
-        )
+        notes.append(silent_note(name, int((~heard).sum())))
     return FileSamples(series, (*samples.warnings, *notes))
 
 

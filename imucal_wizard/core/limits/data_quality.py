@@ -82,6 +82,16 @@ MIN_PAUSES, MAX_PAUSE_SHARE = 3, 0.5
 """Pauses of that many intervals, and their share of the time, above which the samples arrived in
 bursts: a single pause is a gap, and a sensor does not pause for most of the time."""
 
+GAP_REACH_SECONDS = 0.25
+"""Time to either side of a gap in which rates change as they do in it: a hand turns a device for a
+second or more, and trembles several times in this time."""
+MIN_PLACES_AROUND_GAP = 8
+"""Places there at which the same number of samples is left out, for a variance known to a half."""
+MAX_GAP_VARIANCE = 1.0
+"""What a gap adds to the variance of a rotation's angle, over that by the noise of the rates, up to
+which the rotation counts, with that much more noise: as much as a rotation that lasts twice as
+long."""
+
 USUAL_SAMPLING_RATES = 5.0, 20_000.0
 """Hz; devices that record a motion sample no slower and no faster."""
 

@@ -27,6 +27,15 @@ MEDIAN_ERROR = 0.787
 """Standard deviation of the median of n absolute values of normal noise, times the root of n."""
 FEWEST_IN_BLOCK = 5
 """Samples of a block, and of an area whose mean counts."""
+LINE_SAMPLES = 256
+"""Samples of a spectrum; those of a session are averaged."""
+LINE_BINS = 2
+"""Frequencies to either side of a line over which its window and a motor's speed spread it."""
+SLOW_BINS = 8
+"""Lowest frequencies, at which the misfit of the model shows as the device turns."""
+MOST_OF_NOISE = 0.5
+"""Share of the power at one frequency from which on it is what the noise consists of: white noise
+has a twentieth there."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +94,29 @@ def find_disturbances(
         worst = float(np.abs(distance[single]).max())
         runs.append(LeftOut(float(time[rows[0]]), float(time[rows[-1]]), len(rows), worst, True))
     return kept, tuple(runs)
+
+
+def line_of(distance: FloatArray, interval: float) -> float | None:
+    """Frequency, Hz, at which a field swings that makes most of the noise; None for other noise.
+
+    As it is sampled: mains are seen at another frequency where the sampling is slow.
+
+    Args:
+        distance: of samples that follow one another from the ellipsoid, shape (n,).
+        interval: between them, s.
+    """
+    count = len(distance) // LINE_SAMPLES
+    if not count:
+        return None
+    parts = distance[: count * LINE_SAMPLES].reshape(count, LINE_SAMPLES)
+    window = np.sin(np.pi * (np.arange(LINE_SAMPLES) + 0.5) / LINE_SAMPLES) ** 2
+    parts = window * (parts - parts.mean(axis=1, keepdims=True))
+    power = (np.abs(np.fft.rfft(parts, axis=1)) ** 2).mean(axis=0)[SLOW_BINS:]
+    best = int(power.argmax())
+    near = power[max(best - LINE_BINS, 0) : best + LINE_BINS + 1]
+    if not float(near.sum()) > MOST_OF_NOISE * float(power.sum()):
+        return None
+    return (SLOW_BINS + best) / (LINE_SAMPLES * interval)
 
 
 def _size(time: FloatArray, seconds: float) -> int:

@@ -8,7 +8,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import plural, quantity, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.estimate.ellipsoid.coverage import BINS, centres
 from imucal_wizard.estimate.ellipsoid.surface import (
     COLUMNS,
@@ -24,7 +24,7 @@ from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
     field_data,
 )
-from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
+from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut, line_of
 from imucal_wizard.estimate.magnetometer.start import NO_ELLIPSOID, FieldStart, field_start
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
@@ -41,8 +41,8 @@ empty: half a sphere has it at 0.5, three quarters at 0.25."""
 ENOUGH_COVERED = 70
 """Areas of a hundred beyond which no gap needs a word."""
 NOISY_FIELD = 0.03
-"""Noise of a sample, as a share of the field, from which on something beside the sensor makes it:
-of the Earth's field the noisiest chips in use have 0.02."""
+"""Noise of a sample, as a share of the field, from which on it is worth a word: of the Earth's
+field the noisiest chips in use have 0.02."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,6 +102,13 @@ class MagnetometerFit:
         steps = np.diff(distance)[both]
         share = float(np.sqrt(0.5 * np.mean(steps**2))) if len(steps) else 0.0
         return share / radius_of(self.start.theta) * self.magnitude
+
+    @property
+    def swings(self) -> float | None:
+        """Frequency, Hz, of a swinging field that makes most of ``noise``, see ``line_of``."""
+        distance = locate(self.start.theta, self.start.cloud.points)[0]
+        time = self.start.series.time
+        return line_of(np.where(self.start.kept, distance, 0.0), median(np.diff(time)))
 
     def aligned(self, alignment: Alignment, poses: StillPoses | None = None) -> SensorFit:
         """The result in the accelerometer's frame, with the dip of still poses as rows."""
@@ -326,9 +333,17 @@ def _warnings(found: MagnetometerFit) -> list[str]:
         )
     noise, size_of_field = found.noise, found.magnitude
     if noise > NOISY_FIELD * size_of_field:
-        notes.append(
-            f"the field jumps by {quantity(noise, unit)} ({100.0 * noise / size_of_field:.0f} % of "
-            "it) from one sample to the next: is there a loudspeaker, a motor or the mains beside "
-            "it? Measure elsewhere once"
-        )
+        share = f"{quantity(noise, unit)} ({100.0 * noise / size_of_field:.0f} % of the field)"
+        swings = found.swings
+        if swings is None:
+            notes.append(
+                f"the magnetometer's noise is large: {share} from one sample to the next, at no "
+                "single frequency: turn it longer, which averages the noise"
+            )
+        else:
+            notes.append(
+                f"the field swings by {share} from one sample to the next, as sampled at "
+                f"{swings:.3g} Hz: is there a loudspeaker, a motor or the mains beside it? Measure "
+                "elsewhere once"
+            )
     return notes

@@ -27,13 +27,13 @@ _SIZE = Size(
 
 
 class AxisDelay(Effect):
-    """``y_i(t) = w_i(t − τ_i)``, written as ``ε = Σ τ_i w_i (w × e_i)``.
+    """``y_i(t) = w_i(t − τ_i)`` with ``Σ τ_i = 0``, written as ``ε = Σ τ_i w_i (w × e_i)``.
 
     A late axis reads ``w_i − τ_i dw_i/dt``. From rest to rest the attitude C turns by
     ``−τ_i ∫ C e_i (dw_i/dt) dt = τ_i ∫ C (w × e_i) w_i dt`` (by parts, w vanishes at both ends),
     so that these products of rates have the same effect without the derivative of a noisy reading.
     They are cross products with two equal coefficients: exact aliases in rotations from rest to
-    rest. A delay common to all axes adds up to nothing.
+    rest. A delay common to all axes adds up to nothing: each τ_i is after the mean of the three.
     """
 
     name = "axis-delay"
@@ -41,14 +41,16 @@ class AxisDelay(Effect):
     family = "even-order"
     kind = "orientation"
     title = "delay of one axis"
-    equation = "y_i(t) = w_i(t − τ_i)"
+    equation = "y_i(t) = w_i(t − τ_i), Σ τ_i = 0"
     order = 13
     aliases = ("cross-product",)
+    gauge = ((1.0, 1.0, 1.0),)
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The three axes are sampled one after the other, or one axis has a filter of its "
             "own. Values that are stored with one time stamp then belong to different times.",
-            equation="reading of an axis = rate about that axis some milliseconds earlier",
+            equation="reading of an axis = rate about that axis some milliseconds earlier; the "
+            "delays count from the mean of the three axes",
             signature="Rotations about a single sensor axis close. Rotations about a tilted axis, "
             "and rotations that wobble, end in a wrong direction; the error grows with the speed.",
             needs="Fast rotations about tilted axes, from rest to rest. In such data a late axis "
@@ -66,7 +68,7 @@ class AxisDelay(Effect):
     }
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
-        """The axis that is late: ``x``, ``y``, ``z``."""
+        """Delay of ``x``, ``y`` and ``z`` after the mean of the three."""
         del sensor
         return tuple(_SIZE.parameter(axis) for axis in "xyz")
 

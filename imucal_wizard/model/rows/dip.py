@@ -111,6 +111,7 @@ class Dip(RowSource):
     unit: str = "uT"
     kind = "dip"
     judged, confirms, at_rest, repeats_are_noise = False, False, True, False
+    needs_reference = True
     group_word = "pose"
     part, prefix = "dip at rest", "dip-"
 

@@ -106,6 +106,7 @@ class FieldClosure(RowSource):
     kind = "heading"
     unit = "rad"
     judged, confirms, moving, noise_is_measured = False, False, True, False
+    needs_reference = True
     group_word = "rotation"
     part, prefix = "rotations about the vertical, against the field", "heading-"
 

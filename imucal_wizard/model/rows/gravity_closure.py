@@ -361,7 +361,7 @@ class GravityClosure(RowSource):
     usual: int = 0
     up: FloatArray | None = None
     basis: FloatArray = field(init=False)
-    kind, moving = "rotation", True
+    kind, moving, needs_reference = "rotation", True, True
     unit = "rad"
     group_word = "rotation"
     part, left = "rotations", "the angle by which each rotation does not close"

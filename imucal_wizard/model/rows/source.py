@@ -171,6 +171,8 @@ class RowSource(ABC):
         group_word: what a group of rows is called: "direction", "pose" or "rotation"; groups of
             sources with the same word and the same number are one.
         repeats_are_noise: rows of one pose differ by noise alone.
+        needs_reference: they rest on gravity as the accelerometer's model sees it, so that what
+            they show cannot be judged before that model is complete.
         labels: what each row is.
         part: what people call these data.
         prefix: with what the names of its pictures begin.
@@ -194,6 +196,7 @@ class RowSource(ABC):
     noise_is_measured: bool = True
     group_word: str = "direction"
     repeats_are_noise: bool = True
+    needs_reference: bool = False
     labels: RowLabels
     part: str
     prefix: str = ""

@@ -95,6 +95,11 @@ class ResidualTable:
         return np.repeat([one.judged for one in self.sources], self._counts)
 
     @property
+    def needs_reference(self) -> BoolArray:
+        """Whether a row rests on gravity as the accelerometer's model sees it."""
+        return np.repeat([one.needs_reference for one in self.sources], self._counts)
+
+    @property
     def repeats_are_noise(self) -> BoolArray:
         """Whether rows of one pose differ by noise alone."""
         return np.repeat([one.repeats_are_noise for one in self.sources], self._counts)
