@@ -173,7 +173,7 @@ def _of(benches: Benches, sensor: str, added: Sequence[str], automatic: bool) ->
     return diagnosis_of(benches, bench, findings)
 
 
-def judged(benches: Benches, bench: Bench) -> BenchFindings:
+def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
     """The findings of a bench's model; what they call missing is what the bench would add and keep.
 
     Whether data held out confirm a name, and whether adding it leaves only noise, is known once it
@@ -200,7 +200,7 @@ def diagnosis_of(
         findings: those that the verdict is about (see ``add_by_itself``); the present model's when
             left out.
     """
-    findings = findings or judged(benches, bench)
+    findings = findings or tried_findings(benches, bench)
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)

@@ -195,11 +195,14 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     lack = _opinion(diagnosis).lack
     times = f"the residuals are {number(lack.ratio)} times the measured noise"
-    left = f"More than noise is left: {times}. The error is {_against_noise(bench)}."
+    rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
+    if rung.rms_held_out is not None and rung.rms_held_out <= (rung.floor or 0.0):
+        error = f"The error does not show it: {_against_noise(bench)}."
+    left = f"More than noise is left: {times}. {error}"
     if lack.within_noise:
         left = (
             f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
-            f"The error is {_against_noise(bench)}."
+            f"{error}"
         )
     if diagnosis.base_left_out:
         return [left]

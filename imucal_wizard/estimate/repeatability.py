@@ -55,18 +55,15 @@ def repeatability_of(table: ResidualTable) -> Repeatability | None:
     rest = rows_at_rest(table)
     if not rest.any():
         return None
-    axis, noise, sigma = np.maximum(table.axis, 0)[rest], table.floor[rest], table.sigma[rest]
+    axis, noise, residual = np.maximum(table.axis, 0)[rest], table.floor[rest], table.residual[rest]
     group, visit = 3 * table.pose[rest] + axis, 3 * table.visit[rest] + axis
-    square, freedom = pure_error(table.residual[rest], sigma, group, visit)
+    square, freedom = pure_error(residual, np.ones(len(residual)), group, visit)
     if not freedom:
         return None
-    variance = square * float(np.mean(sigma**2))
-    share = inf
-    if noise.all():
-        share, _ = pure_error(table.residual[rest], noise, group, visit)
+    share = pure_error(residual, noise, group, visit)[0] if noise.all() else inf
     p = exceeded(share, freedom, WITHIN_FREEDOM * int(rest.sum()))
     unit = str(table.unit[np.flatnonzero(rest)[0]])
-    return Repeatability(float(np.sqrt(variance)), freedom, p, unit)
+    return Repeatability(float(np.sqrt(square)), freedom, p, unit)
 
 
 def rows_at_rest(table: ResidualTable) -> BoolArray:

@@ -14,7 +14,7 @@ from benchmarks.hidden.recording import Extra, record
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench, confirmed
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.survey import add_by_itself, judged
+from imucal_wizard.diagnose.survey import add_by_itself, tried_findings
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.simulate.hidden import parse_hidden
 
@@ -106,9 +106,9 @@ def test_what_would_be_taken_back_is_not_called_missing(monkeypatch: pytest.Monk
     bench = bench_of("second-order:4:x")
     before, benches = bench.look(), cast("Benches", OneBench(bench))
     assert before.opinion.verdict is Verdict.MISSING
-    assert judged(benches, bench) is before
+    assert tried_findings(benches, bench) is before
     monkeypatch.setattr(Bench, "confirmed", lambda *_: False)
-    assert judged(benches, bench).opinion.verdict is not Verdict.MISSING
+    assert tried_findings(benches, bench).opinion.verdict is not Verdict.MISSING
     assert bench.look() is before
 
 

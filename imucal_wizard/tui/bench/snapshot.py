@@ -5,7 +5,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Entry, Rung, entries_of
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.survey import diagnosis_of, judged
+from imucal_wizard.diagnose.survey import diagnosis_of, tried_findings
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import ResidualView, views_of
 from imucal_wizard.estimate.experiment import Experiment
@@ -62,7 +62,7 @@ class BenchSnapshot:
 
 def bench_snapshot(benches: Benches, bench: Bench) -> BenchSnapshot:
     """The snapshot of a bench as it is now."""
-    findings = judged(benches, bench)
+    findings = tried_findings(benches, bench)
     diagnosis = diagnosis_of(benches, bench, findings)
     entries = entries_of(bench, findings)
     # a screen that draws hears no key: what its table needs is computed here, in a thread, and kept
