@@ -198,6 +198,14 @@ def test_the_report_says_whether_slow_noise_was_measured() -> None:
     ).fit.slow_noise_measured
 
 
+def test_turns_between_poses_do_not_repeat_a_pose() -> None:
+    """They pass directions that were held before, a tenth as long; poses held again repeat them."""
+    for design, expected in (("18", False), ("26 + 12", True)):
+        rng = np.random.default_rng(23)
+        series = recorded(turned(rng, DESIGNS[design]), rng).series
+        assert fit_magnetometer(series).fit.slow_noise_measured is expected
+
+
 def test_corrected_readings_point_where_the_field_points() -> None:
     """Up to the rotation that no magnitude shows: here none, since figure 7 is symmetric."""
     rng = np.random.default_rng(3)

@@ -244,11 +244,19 @@ class MagnetometerExperiment(Experiment):
 
     @property
     def slow_noise_measured(self) -> bool | None:  # type: ignore[override]  # told by a fit
-        """See ``Experiment``: directions that come again show it."""
+        """See ``Experiment``: directions that come again for as long as one is usually measured.
+
+        What is passed in a turn hardly repeats a pose that was held.
+        """
         if self._slow_errors is None:
             return None
-        repeats = len(distinct(self.data.visits)) - len(distinct(self.data.poses))
-        return repeats >= MIN_REPEATS_OF_POSES and self._slow_errors.measured
+        poses, samples = self.data.poses, self.data.pieces.samples
+        of_visit = np.bincount(self.data.visits, samples)[self.data.visits]
+        longest = np.zeros(int(poses.max()) + 1)
+        np.maximum.at(longest, poses, of_visit)
+        usual = float(samples.sum()) / len(distinct(poses))
+        again = float(samples.sum() - longest.sum())
+        return again >= MIN_REPEATS_OF_POSES * usual and self._slow_errors.measured
 
     @property
     def _spans(self) -> FloatArray:
