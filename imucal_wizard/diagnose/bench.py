@@ -237,10 +237,13 @@ class Bench:
         self.referee: Callable[[], Referee | None] | None = None
 
     def copied(self) -> "Bench":
-        """Another bench with the same model, on which something can be tried."""
+        """Another bench with the same model, on which something can be tried.
+
+        Both keep why an effect cannot be fitted.
+        """
         other = copy(self)
         other._fits, other.ladder = [*self._fits], [*self.ladder]
-        other._found, other._refused = [*self._found], dict(self._refused)
+        other._found = [*self._found]
         return other
 
     @property

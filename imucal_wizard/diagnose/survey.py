@@ -180,13 +180,17 @@ def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
     has been added: it is tried on a copy.
     """
     found = bench.look()
-    named = found.opinion.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
-    if not named or benches.waits(bench.sensor):
+    certain = found.opinion.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    if not certain or benches.waits(bench.sensor):
         return found
     trial = benches.copied().bench(bench.sensor)
     assert trial is not None, "a copy has the same benches"  # noqa: S101 (narrows the type)
     tried = add_by_itself(trial)
-    return found if trial.fit is not bench.fit else tried
+    if trial.fit is bench.fit:
+        return tried
+    named = {name for members in found.opinion.terms for name in members}
+    kept = tuple(term.name for term in trial.fit.terms if term.name in named)
+    return replace(found, opinion=_proven(found.opinion, kept)) if kept else found
 
 
 def diagnosis_of(
