@@ -79,7 +79,7 @@ def rms_in_noise(found: "Minimum[Experiment]", out: FloatArray) -> float:
 
 
 def made_by_noise(found: "Minimum[Experiment]", out: FloatArray) -> bool:
-    """Whether measured noise makes errors held out as large as these in one case of twenty.
+    """Whether measured noise makes errors as large as these in more than one case of twenty.
 
     Args:
         found: the fit.

@@ -46,9 +46,9 @@ def gap_problem(part: Series, interval: float, before: Hold, after: Hold) -> str
         return None
     if across_restarts(np.array([gap])).any():
         return f"the recording was interrupted in it: {unknown}"
-    late = max(whole[1] - whole[0], whole[-1] - whole[-2]) > MAX_SAMPLE_INTERVALS * interval
+    at_an_end = max(whole[1] - whole[0], whole[-1] - whole[-2]) > MAX_SAMPLE_INTERVALS * interval
     most = MAX_GAP_VARIANCE * _noise((before, after), float(part.time[-1] - part.time[0]))
-    if not late and (error_across_gaps(part.time, part.values, interval) <= most).all():
+    if not at_an_end and (error_across_gaps(part.time, part.values, interval) <= most).all():
         return None
     return Notice(f"a gap of {gap:.2f} s: {unknown}", NoticeKind.GAP, "gyroscope")
 
