@@ -133,11 +133,13 @@ def scale_notes(scale: float, rate: float) -> list[str]:
     if abs(np.log(scale)) <= IMPLAUSIBLE_SCALE:
         return []
     fits = [meaning for factor, meaning in RATE_MISTAKES if abs(np.log(scale / factor)) < NEAR]
+    # two digits: the axes of an uncalibrated sensor differ from one another by some per cent
     if USUAL_SAMPLING_RATES[0] <= rate / scale <= USUAL_SAMPLING_RATES[1]:
-        true = float(f"{rate / scale:.2g}")  # an uncalibrated scale knows it no better
+        true = float(f"{rate / scale:.2g}")
         fits.append(f"the sampling rate is about {true:g} Hz instead of {rate:.4g} Hz")
     fits += _other_range(scale)
-    found = f"the gyroscope's scale comes out as {scale:.3g}, which no sensor has"
+    about = float(f"{scale:.2g}")
+    found = f"the gyroscope's scale comes out as about {about:g}, which no sensor has"
     if not fits:
         return [f"{found}: check the unit of the rates, the range and the sampling rate"]
     which = "which is true" if len(fits) > 1 else "this"
