@@ -335,7 +335,9 @@ def _heading_rows(
     samples, _ = turned.between_means(known.holds, rest.carried)
     origin = first_time(known.holds, readings)
     labels = _labels(rotations, turns, origin)
-    walk = (float(rest.per_second.mean()) + known.lost.aliased) * np.diff(labels.span)[:, 0]
+    lost = known.lost.with_more(len(rotations.usable) - len(known.rotations.usable))
+    per_second = rest.per_second.mean() + (lost.aliased + lost.white)[labels.group]
+    walk = per_second * np.diff(labels.span)[:, 0]
     rounded = turned.rounding_in_motion(known.holds).variance
     rounded = (rounded @ (start.matrix**2).T).mean(axis=1)
     missing = (turned.across_gaps @ (start.matrix**2).T).max(axis=1)

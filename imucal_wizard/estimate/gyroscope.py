@@ -272,8 +272,7 @@ class GyroscopeExperiment(Movable):
             free: which of the twelve entries all rows together determine.
         """
         args = self.holds, rotations, self.of, self.unit, self._start, self.nominal, free
-        added = np.zeros(len(rotations.usable) - len(self.lost.white))
-        lost = replace(self.lost, white=np.append(self.lost.white, added))
+        lost = self.lost.with_more(len(rotations.usable) - len(self.rotations.usable))
         return GyroscopeExperiment(*args, self.readings, more, lost)
 
     def under(

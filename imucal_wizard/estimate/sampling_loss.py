@@ -13,9 +13,13 @@ rest, which is white before the filter, shows what the filter passes. The sample
 
 Three of its figures are taken: its height at f/2 and its fall from 3f/8 to f/2 in motion, the power
 at rest off, which give P as a power law ``P ∝ ν^(−p)``, and its fall from f/4 to f/2 at rest, which
-gives the corner ν₀ of the filter, ``H = 1/(1 + (ν/ν₀)⁴)``, that of a usual digital output filter. A
-sensor that averages from one sample to the next has white noise like one without a filter: for it
-the estimate is too large. It never depends on how well the rotations close.
+gives the corner ν₀ of the filter, ``H = 1/(1 + (ν/ν₀)⁴)``, that of a usual digital output filter.
+That is an upper limit: a sensor that averages from one sample to the next has white noise like one
+without a filter, and a tremor at rest hides the filter. It never depends on how well the rotations
+close.
+
+How fast the power falls is taken from all rotations together, its height from each: where a device
+is put down hard, it is a hundred times that of a turn in the air.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
@@ -34,6 +38,7 @@ from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
+from imucal_wizard.estimate.noise import shrunk
 from imucal_wizard.estimate.rest_spectrum import (
     CLEAR,
     HALF,
@@ -58,12 +63,21 @@ class SamplingLoss:
     """Variance per second of the integral of a rate about one axis, rad²/s.
 
     Attributes:
-        aliased: by motion above half the sampling rate, the same in all rotations.
+        aliased: by motion above half the sampling rate, shape (m,).
         white: by noise beyond that of the holds, shape (m,).
     """
 
-    aliased: float
+    aliased: FloatArray
     white: FloatArray
+
+    def with_more(self, count: int) -> "SamplingLoss":
+        """The same with more rotations, which lose what the others lose in the mean.
+
+        Args:
+            count: how many.
+        """
+        more = np.full(count, self.aliased.mean())
+        return SamplingLoss(np.append(self.aliased, more), np.append(self.white, np.zeros(count)))
 
 
 def sampling_loss(
@@ -90,7 +104,7 @@ def sampling_loss(
     totals = np.maximum(counts.sum(axis=0), 1)
     half, lower, _ = ((power - white[:, None] * counts).sum(axis=0) / totals).tolist()
     if half - own <= CLEAR * own / np.sqrt(totals[0]):
-        return SamplingLoss(0.0, white)
+        return SamplingLoss(np.zeros(len(power)), white)
     half, lower = half - own, lower - own
     corner = at_rest.corner(noise)
 
@@ -102,9 +116,11 @@ def sampling_loss(
 
     falls = image(0.475) / image(0.375)
     law = int(np.argmin(np.abs(np.log(falls) - np.log(half / max(lower, 0.5 * half)))))
-    lost = float(half * image(0.0)[law] / image(0.475)[law])
-    tremor = at_rest.tremor(noise)
-    return SamplingLoss(min(lost, half / tremor * noise) if tremor else lost, white)
+    folded = float(image(0.0)[law] / image(0.475)[law])
+    if tremor := at_rest.tremor(noise):
+        folded = min(folded, noise / tremor)
+    each = shrunk(power[:, 0] / np.maximum(counts[:, 0], 1), 2 * counts[:, 0])
+    return SamplingLoss(folded * np.maximum(each - white - own, 0.0), white)
 
 
 def _white(power: FloatArray, count: IntArray, own: float) -> FloatArray:
