@@ -229,7 +229,13 @@ def one_magnetometer(plan: Plan, colour: Colour, rng: np.random.Generator) -> Un
 
 
 def line(name: str, units: list[Unit]) -> str:
-    """Coverage of these units with its error, and "could be" as a multiple of the truth."""
+    """Coverage of these units with its error, and "could be" as a multiple of the truth.
+
+    Units in which hardly any explanation of the catalogue fits have no such figure: they are
+    counted apart.
+    """
+    every, units = len(units), [one for one in units if np.isfinite(one.could_be)]
+    without = f"  (without {every - len(units)} that have no figure)" if len(units) < every else ""
     inside = np.array([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     whole = np.mean(true <= [one.could_be for one in units])
@@ -239,7 +245,7 @@ def line(name: str, units: list[Unit]) -> str:
         f"{name:26}{len(units):6}{100 * inside.mean():9.1f} ± "
         f"{100 * inside.std() / np.sqrt(len(units)):3.1f}{100 * whole:10.1f}"
         f"{np.median(true):10.3f}{held_out:10.3f}{said:10.3f}"
-        f"{np.median([one.could_be for one in units] / true):8.2f}"
+        f"{np.median([one.could_be for one in units] / true):8.2f}{without}"
     )
 
 
