@@ -153,8 +153,9 @@ def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
     if experiment.undersampled is not None:
         angle = quantity(experiment.undersampled, "rad")
         notes.append(
-            f"the hand trembles faster than the gyroscope is sampled, which may leave {angle} in a "
-            "rotation, more than all other noise: sample faster or turn more calmly"
+            "the device trembles in the hand or is bumped faster than the gyroscope is sampled, "
+            f"which may leave {angle} in a rotation, more than all other noise: sample faster or "
+            "turn more calmly, and put it down gently"
         )
     return notes
 

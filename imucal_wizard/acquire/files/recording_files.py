@@ -367,7 +367,7 @@ def unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
             settings.append(f"{sensor}_unit {next(iter(UNIT_FACTORS[sensor]))}")
         if sensor == "gyroscope" and "gyroscope unit" in needs:
             sentences.append(
-                "the unit of the gyroscope is not stated, and a gyroscope at rest does not show it;"
+                "The unit of the gyroscope is not stated, and a gyroscope at rest does not show it:"
                 f" give one of {', '.join(UNIT_FACTORS[sensor])}, {COUNT}"
             )
     return RecordingError(" ".join(sentences), settings=tuple(settings))
