@@ -23,14 +23,13 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import beta
 
 from benchmarks.hidden import strangers
 from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER, Colour
 from benchmarks.hidden.recording import Device, Extra, Recorded, record
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, interval, machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.residuals import whitened_residuals
@@ -99,9 +98,11 @@ def table(pool: Executor, plan: str, recordings: int, seed: int) -> Iterator[str
     """The lines of one plan."""
     yield f"\n{plan} poses, {recordings} recordings of each row, seed {seed}"
     yield f"{'nothing hidden':<36}{'complete':>10}  {'95 % interval':<18} other verdicts"
+    wanted = Wanted()
     for name, colour in HONEST.items():
         found = list(pool.map(partial(judged, plan, colour, None, seed), range(recordings)))
         yield _row(name, found)
+        wanted.share(f"{name} complete", _complete(found), len(found), 95.0)
     yield f"{'structure above 3 times the noise':<36}{'complete':>10}  {'95 % interval':<18}"
     large: list[Judged] = []
     for name in STRUCTURES:
@@ -110,6 +111,8 @@ def table(pool: Executor, plan: str, recordings: int, seed: int) -> Iterator[str
         large += own
         yield _row(name, own)
     yield _row("all structures", large)
+    wanted.share("structures called complete", _complete(large), len(large), 0.0, 1.0)
+    yield str(wanted)
 
 
 def judged(plan: str, colour: Colour, structure: str | None, seed: int, number: int) -> Judged:
@@ -145,6 +148,10 @@ def _rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def _complete(found: list[Judged]) -> int:
+    return sum(one.verdict is Verdict.COMPLETE for one in found)
+
+
 def _row(name: str, found: list[Judged]) -> str:
     count = Counter(one.verdict for one in found)
     good, of = count[Verdict.COMPLETE], len(found)
@@ -152,13 +159,6 @@ def _row(name: str, found: list[Judged]) -> str:
     others = ", ".join(f"{n} {v}" for v, n in count.most_common() if v is not Verdict.COMPLETE)
     share = f"{good} of {of}"
     return f"  {name:<34}{share:>10}  {f'[{low:.1f}, {high:.1f}] %':<18} {others}"
-
-
-def interval(good: int, of: int) -> tuple[float, float]:
-    """95 % interval of a share by Clopper and Pearson, per cent."""
-    low = 0.0 if good == 0 else float(beta.ppf(0.025, good, of - good + 1))
-    high = 1.0 if good == of else float(beta.ppf(0.975, good + 1, of - good))
-    return 100.0 * low, 100.0 * high
 
 
 if __name__ == "__main__":

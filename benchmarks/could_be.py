@@ -28,7 +28,7 @@ from benchmarks.hidden_field.recording import CONSUMER, Colour, noise_of
 from benchmarks.hidden_field.recording import record as record_field
 from benchmarks.hidden_field.scenarios import EFFECTS as FIELD_EFFECTS
 from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
@@ -281,6 +281,7 @@ def main(
     print(machine())
     head = f"{'units':>6}{'inside, %':>15}{'rms, %':>10}{'true rms':>10}{'held out':>10}"
     print(f"{'hidden':26}{head}{'could be':>10}{'× rms':>8}   (medians, {UNITS[sensor]})")
+    wanted = Wanted()
     for place, (name, one_of) in enumerate(CASES[sensor].items()):
         if only not in name:
             continue
@@ -288,9 +289,17 @@ def main(
         made = [one_of(rng) for _ in range(int(units))]
         print(f"{sensor}, {name}; wanted inside: 93 to 97 %, × rms: at most 3")
         print(line("all", made))
+        known = [one for one in made if np.isfinite(one.could_be)]
+        inside = [100.0 * np.mean(np.abs(one.errors) <= one.could_be) for one in known]
+        doubt = float(np.std(inside)) / np.sqrt(len(known))
+        wanted.figure(f"{name}: inside", float(np.mean(inside)), 93.0, 97.0, doubt)
+        true = [np.sqrt(np.mean(one.errors**2)) for one in known]
+        times = [one.could_be / own for one, own in zip(known, true, strict=True)]
+        wanted.figure(f"{name}: × rms", float(np.median(times)), 0.0, 3.0)
         print(line("nothing", [one for one in made if not one.hidden]))
         for term in sorted({one.hidden for one in made} - {""}):
             print(line(term, [one for one in made if one.hidden == term]), flush=True)
+    print(wanted)
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.measure import Wanted
 from imucal_wizard.core.poses import DIRECTIONS
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import quantile
@@ -130,10 +131,14 @@ def main(repetitions: int = 400) -> None:
         for sensor, turns in (("accelerometer", 0), ("accelerometer", 6), ("gyroscope", 6)):
             session = partial(under_noise, sensor, turns, instability, rng)
             rows[f"{sensor}, {turns} turns, under {noise}"] = session, False
+    wanted = Wanted()
     for name, (trial, repeats) in rows.items():
         inside, bias, normal, rms, freedom = shares((trial() for _ in range(repetitions)), repeats)
         shown = "".join(f"{100.0 * share:7.1f}%" for share in (inside, bias, normal))
         print(f"{name:46}{freedom:5}{shown}{rms:7.2f}", flush=True)
+        doubt = 100.0 * np.sqrt(0.95 * 0.05 / repetitions)
+        wanted.figure(f"{name}: by t", 100.0 * inside, 93.0, 97.0, doubt)
+    print(wanted)
 
 
 if __name__ == "__main__":

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation as Attitude
 
 from benchmarks.hold_sessions import STEP, Noise, wander
+from benchmarks.measure import Wanted
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
@@ -555,10 +556,11 @@ def fitted(
 def main(sessions: int, seed: int, only: str = "") -> None:
     """Print the table."""
     spread = 1.0 / np.sqrt(2.0 * sessions)
+    doubt, doubt_closed = (np.sqrt(one * (1.0 - one) / sessions) for one in (0.95, 0.9))
+    wanted = Wanted()
     print(
         f"{sessions} sessions each, seed {seed}; a ratio is known to {100 * spread:.1f} %, a share "
-        f"of 95 % to {100 * np.sqrt(0.95 * 0.05 / sessions):.1f} %, one of 90 % to "
-        f"{100 * np.sqrt(0.9 * 0.1 / sessions):.1f} %"
+        f"of 95 % to {100 * doubt:.1f} %, one of 90 % to {100 * doubt_closed:.1f} %"
     )
     head = f"{'error/bound':>12}{'worst':>8}{'inside 95 %':>16}{'held out 90 %':>15}"
     print(f"{'device':40}{'parameters':14}{head}")
@@ -573,6 +575,18 @@ def main(sessions: int, seed: int, only: str = "") -> None:
             line = f"{device.name:40}{group:14}{mean:12.3f}{worst:8.3f}{inside:>16}{closed:>15}"
             print(line, flush=True)
             closed = ""
+            name = f"{device.name}, {group}"
+            if not (device.flicker or device.step):  # the bound knows of neither
+                limit = 1.12 if device.samples < 20 else 1.05
+                wanted.figure(f"{name}: error/bound", mean, 0.0, limit, spread)
+            slow = device.flicker and not device.rest and group == "bias"
+            limits = (90.0, 99.0) if slow else (93.0, 97.0)
+            for share in (least, most):
+                wanted.figure(f"{name}: inside", 100.0 * share, *limits, 100.0 * doubt)
+        if not (device.flicker or device.step):
+            share = 100.0 * outcome.closed
+            wanted.figure(f"{device.name}: held out", share, 87.0, 93.0, 100.0 * doubt_closed)
+    print(wanted)
 
 
 if __name__ == "__main__":

@@ -14,12 +14,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.hand_motion import Device, G, Motion, placed, recorded
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, machine
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.model.catalogue import effect
 
 SIZES = {"": 0.0, "g-sensitivity": 0.1, "second-order": 0.2, "cross-product": 0.3}
 """°/s at 1 g; per cent at 1 rad/s."""
@@ -121,6 +122,11 @@ def session(hand: Hand, seed: int, number: int) -> Session | None:
     )
 
 
+def label(hand: Hand) -> str:
+    """Its name in the table."""
+    return f"{hand.sway:.1f}°, {hand.tremor:.0f} mg, {hand.rate:.0f} Hz {hand.hidden}".rstrip()
+
+
 def row(hand: Hand, sessions: list[Session]) -> str:
     """A line of the table."""
     known = [one for one in sessions if one.verdict_a != Verdict.INSUFFICIENT]
@@ -135,8 +141,7 @@ def row(hand: Hand, sessions: list[Session]) -> str:
     )
     said = ", ".join(f"{n} {v}" for v, n in Counter(s.verdict for s in sessions).most_common())
     complete = sum(s.verdict_a == "complete" for s in sessions)
-    name = f"{hand.sway:.1f}°, {hand.tremor:.0f} mg, {hand.rate:.0f} Hz {hand.hidden}".rstrip()
-    return f"{name:34}{figures}{complete:11}  {said}"
+    return f"{label(hand):34}{figures}{complete:11}  {said}"
 
 
 def main(count: str = "20", seed: str = "1") -> None:
@@ -147,12 +152,26 @@ def main(count: str = "20", seed: str = "1") -> None:
         f"{'sway, tremor, samples/s, hidden':34}{'°: held':>10}{'noise':>9}{'bias/se':>9}"
         f"{'mg: held':>10}{'noise':>9}{'complete':>11}  gyroscope's verdicts"
     )
+    wanted = Wanted()
     for hand in HANDS:
         each = [session(hand, int(seed), number) for number in range(int(count))]
         done = [one for one in each if one is not None]
         print(row(hand, done), flush=True)
+        name = label(hand)
+        if hand.hidden:
+            family = effect(hand.hidden).family or hand.hidden
+            named = sum(family in one.verdict.split() for one in done)
+            wanted.share(f"{name} named", named, len(done), 90.0)
+            continue
+        said, true = (np.square([getattr(one, of) for one in done]) for of in ("floor", "held_out"))
+        ratio = np.sqrt(said.mean() / true.mean())
+        doubt = 0.5 * ratio * float(true.std() / true.mean()) / np.sqrt(len(done))
+        wanted.figure(f"{name}: noise figure over error", float(ratio), 0.8, 1.3, doubt)
+        complete = sum(one.verdict == "complete" for one in done)
+        wanted.share(f"{name} complete", complete, len(done), 95.0)
         if len(done) < len(each):
             print(f"  {len(each) - len(done)} of these sessions have too few holds")
+    print(wanted)
 
 
 if __name__ == "__main__":

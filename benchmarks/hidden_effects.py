@@ -25,10 +25,10 @@ from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.limits import LOST, limits
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.scenarios import Scenario, fresh, usual
-from benchmarks.hidden.table import heading, line
+from benchmarks.hidden.table import heading, judge, line
 from benchmarks.hidden.trialled import Trialled, chances_of, try_out
 from benchmarks.hidden.whole_table import nothing_hidden, whole_table
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, machine
 from imucal_wizard.diagnose.significance import Chances
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 
@@ -46,18 +46,22 @@ def main() -> None:
         if asked.limits:
             _limits(asked)
             return
+        wanted = Wanted()
         for design in asked.design or ["26+12", "18"]:
             print(heading(design, asked.colour, asked.recordings))
-            sure = []
+            sure, rows = [], {}
             for scenario in _scenarios(asked.set, asked.only):
                 work = partial(_one, asked.set, scenario.name, design, asked.colour, asked.seed)
                 count = asked.faint if scenario.name.endswith(" 0.5x") else asked.recordings
                 trials = list(pool.map(work, range(count), chunksize=5))
                 print(line(scenario, trials), flush=True)
+                rows[scenario.name] = trials
                 sure += [one.sure for one in trials if one.sure is not None]
             if sure:
                 inside = 100.0 * np.mean(np.abs(np.array(sure)) < 1.0)
                 print(f"size ± its 95 % interval holds the truth in {inside:.1f} % of {len(sure)}")
+            judge(wanted, f"{design} poses", rows)
+        print(wanted)
 
 
 def _whole(pool: ProcessPoolExecutor, asked: argparse.Namespace) -> None:

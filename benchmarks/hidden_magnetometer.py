@@ -18,20 +18,27 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
 
+from benchmarks.hidden.table import judge
 from benchmarks.hidden_field.scenarios import rows
 from benchmarks.hidden_field.sessions import PLANS
 from benchmarks.hidden_field.table import heading, line
 from benchmarks.hidden_field.trialled import Trialled, quiet, try_out
 from benchmarks.hidden_field.whole import whole_table
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, machine
 
 
 def table(pool: Executor, plan: str, seeds: Sequence[int]) -> Iterator[str]:
     """The lines of one plan's table."""
     yield heading(PLANS[plan].name, len(seeds))
     columns = list(pool.map(partial(_session, plan), seeds))
+    answered = {}
     for place, scenario in enumerate(rows()):
-        yield line(scenario, [column[place] for column in columns])
+        own = [column[place] for column in columns]
+        yield line(scenario, own)
+        answered[scenario.name] = [one for one in own if one is not None]
+    wanted = Wanted()
+    judge(wanted, PLANS[plan].name, answered)
+    yield str(wanted)
 
 
 def _session(plan: str, seed: int) -> list[Trialled | None]:

@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from benchmarks.hold_sessions import DESIGNS, GRAVITY, MG, NAMES, Noise, session
+from benchmarks.measure import Wanted
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.recording import fit_accelerometer
@@ -66,6 +67,7 @@ def main(
     count = int(sessions)
     designs = {name: design for name, design in DESIGNS.items() if poses in ("", name)}
     print(f"{count} sessions each, seed {seed}")
+    wanted = Wanted()
     names = "".join(f"{name.replace('sensitivity', 'scale'):>9}" for name in NAMES)
     if what == "scatter":
         print(f"rms error over the bound, each ± {1.0 / np.sqrt(2.0 * count):.3f}\n{'':54}{names}")
@@ -74,6 +76,10 @@ def main(
                 found = scatter(design, Noise(uneven=uneven), count, int(seed), rate)
                 label = f"{name} poses of {samples} samples, uneven by {uneven}"
                 print(f"{label:54}" + "".join(f"{x:9.3f}" for x in found), flush=True)
+                most, doubt = 1.05 if samples >= 20 else 1.12, 1.0 / np.sqrt(2.0 * count)
+                for parameter, ratio in zip(NAMES, found, strict=True):
+                    wanted.figure(f"{label}: {parameter}", float(ratio), 0.0, most, doubt)
+        print(wanted)
         return
     doubt = 100.0 * np.sqrt(0.95 * 0.05 / count)
     print(f"per cent of intervals that hold the truth, each ± {doubt:.1f}\n{'':54}{names}")
@@ -85,6 +91,13 @@ def main(
                 found = coverage(design, noise, count, int(seed), rest)
                 label = f"{name} poses{', a rest of 90 s' * bool(rest)}, {kind}"
                 print(f"{label:54}" + "".join(f"{100.0 * x:9.1f}" for x in found), flush=True)
+                # slow noise without repeats or a long rest is not measured
+                slow = bool(noise.flicker or noise.walk) and not rest and name == "18"
+                for parameter, share in zip(NAMES, found, strict=True):
+                    inside = 100.0 * float(share)
+                    limits = (90.0, 99.0) if slow else (93.0, 97.0)
+                    wanted.figure(f"{label}: {parameter}", inside, *limits, doubt)
+    print(wanted)
 
 
 if __name__ == "__main__":

@@ -33,8 +33,7 @@ from functools import cache, partial
 import numpy as np
 from scipy.spatial.transform import Rotation as Attitude
 
-from benchmarks.complete import interval
-from benchmarks.measure import SHARED, machine
+from benchmarks.measure import SHARED, Wanted, interval, machine
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
@@ -166,8 +165,12 @@ def main() -> None:
                     every[times] += own
                     print(_row(term, times, own), flush=True)
     print("\nall recordings and effects")
+    wanted = Wanted()
     for times, own in every.items():
         print(*summary(times, own), sep="\n")
+        wrong = sum(one.outcome == "WRONG" for one in own)
+        wanted.share(f"wrong names at {times:g} x", wrong, len(own), 0.0, 0.0)
+    print(wanted)
 
 
 def shown_by_itself(name: str) -> dict[str, str]:

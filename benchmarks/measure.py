@@ -1,4 +1,4 @@
-"""What a command costs: CPU and wall time of whole processes, and peak memory."""
+"""What a command costs (CPU, wall time, peak memory), and what a study does not reach."""
 
 import argparse
 import os
@@ -10,6 +10,8 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+
+from scipy.stats import beta
 
 PYTHON = sys.executable
 SHARED = Path(
@@ -92,3 +94,44 @@ def own_cpu() -> float:
     """CPU seconds of this process so far."""
     usage = resource.getrusage(resource.RUSAGE_SELF)
     return usage.ru_utime + usage.ru_stime
+
+
+def interval(good: int, of: int) -> tuple[float, float]:
+    """95 % interval of a share by Clopper and Pearson, per cent."""
+    low = 0.0 if good == 0 else float(beta.ppf(0.025, good, of - good + 1))
+    high = 1.0 if good == of else float(beta.ppf(0.975, good + 1, of - good))
+    return 100.0 * low, 100.0 * high
+
+
+class Wanted:
+    """What a study wants of its figures; as text, what of it is not reached."""
+
+    def __init__(self) -> None:
+        self.missed: list[str] = []
+
+    def figure(
+        self, what: str, value: float, least: float, most: float, doubt: float = 0.0
+    ) -> None:
+        """A figure that is to lie between two limits.
+
+        Args:
+            what: its name.
+            value: the figure.
+            least: smallest value wanted.
+            most: largest one.
+            doubt: standard error of the figure.
+        """
+        if not least <= value <= most:
+            near = least - 2.0 * doubt <= value <= most + 2.0 * doubt
+            chance = " (by less than two standard errors)" if near else ""
+            self.missed.append(f"{what} {value:.4g}{chance}")
+
+    def share(self, what: str, good: int, of: int, least: float, most: float = 100.0) -> None:
+        """A share, per cent, that is to lie between two limits."""
+        if of and not least <= 100.0 * good / of <= most:
+            low, high = interval(good, of)
+            chance = ", within its interval" if low <= most and high >= least else ""
+            self.missed.append(f"{what} ({good} of {of}{chance})")
+
+    def __str__(self) -> str:
+        return f"not reached: {'; '.join(self.missed) or 'nothing'}"

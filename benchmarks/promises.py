@@ -19,8 +19,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.complete import interval
-from benchmarks.measure import machine
+from benchmarks.measure import Wanted, interval, machine
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.diagnose.benches import Benches
@@ -86,16 +85,19 @@ def main() -> None:
 
 def table(found: Sequence[Promise]) -> Iterator[str]:
     """The lines of the table."""
+    wanted = Wanted()
     yield f"{'sensor':<16}{'within 15 %':>14}  95 % interval"
     for sensor in SENSORS:
         own = [one for one in found if one.sensor == sensor]
         kept = sum(one.kept for one in own)
         low, high = interval(kept, len(own))
         yield f"{sensor:<16}{f'{kept} of {len(own)}':>14}  [{low:.1f}, {high:.1f}] %"
+        wanted.share(sensor, kept, len(own), 95.0)
     for one in found:
         if not one.kept:
             errors = f"now {one.now:.4g}, promised {one.promised:.4g}, achieved {one.achieved:.4g}"
             yield f"  not kept: {one.sensor}, {one.term}: {errors}"
+    yield str(wanted)
 
 
 def promises(seed: int, number: int) -> list[Promise]:

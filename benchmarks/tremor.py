@@ -22,6 +22,7 @@ from scipy.signal import butter, sosfilt
 from scipy.spatial.transform import Rotation as Attitude
 
 from benchmarks.gyroscope_bound import WrongRate
+from benchmarks.measure import Wanted
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
@@ -329,6 +330,8 @@ def compared(
     return Row(floor, held_out, float(np.mean(warned)), verdicts)
 
 
+RIGHT = 0.8, 1.3
+"""Noise figure over the error held out, wanted."""
 HEAD = f"{'samples/s':>10}{'noise said':>12}{'held out':>10}{'ratio':>8}{'warned':>8}"
 
 
@@ -336,23 +339,31 @@ def main(sessions: str = "40", seed: str = "1", part: str = "") -> None:
     """Print the tables."""
     count, begin = int(sessions), int(seed)
     print(f"{count} sessions of 26 rotations each, seed {begin}; rms over rotations, °")
+    wanted = Wanted()
     if part in ("", "rates"):
         print(f"{'hand':46}{HEAD}")
         for hand in HANDS:
             for rate in RATES:
-                print(f"{hand.name:46}{rate:10.0f}{compared(hand, rate, count, begin)}", flush=True)
+                row = compared(hand, rate, count, begin)
+                print(f"{hand.name:46}{rate:10.0f}{row}", flush=True)
+                ratio, doubt = row.said / row.held_out, 1.0 / np.sqrt(count)
+                wanted.figure(f"{hand.name}, {rate:.0f}/s: ratio", ratio, *RIGHT, doubt * ratio)
     if part in ("", "sensors"):
         print(f"{'sensor, hand':46}{HEAD}")
         for sensor in SENSORS:
             for hand in HANDS[1:3]:
                 row = compared(hand, 50.0, count, begin, sensor)
-                print(f"{sensor.name + ', ' + hand.name:46}{50:10}{row}", flush=True)
+                name = f"{sensor.name}, {hand.name}"
+                print(f"{name:46}{50:10}{row}", flush=True)
+                ratio, doubt = row.said / row.held_out, 1.0 / np.sqrt(count)
+                wanted.figure(f"{name}: ratio", ratio, *RIGHT, doubt * ratio)
     if part in ("", "hidden"):
         print(f"{'hidden, hand':46}{HEAD}  verdicts")
         for hand in (HANDS[0], HANDS[2]):
             for hidden in HIDDEN:
                 row = compared(hand, 50.0, count, begin, hidden=hidden)
                 print(f"{hidden + ', ' + hand.name:46}{50:10}{row}", flush=True)
+    print(wanted)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
 """What is counted over many recordings of one kind, and how it is printed."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from benchmarks.hidden.scenarios import FAMILY, Scenario
 from benchmarks.hidden.trialled import Trialled
+from benchmarks.measure import Wanted
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
 from imucal_wizard.simulate.hidden import Hidden
 
@@ -57,6 +58,27 @@ def outcome(one: Answered) -> str:
         Verdict.NOT_REPEATABLE: "repeat",
     }
     return words.get(said.verdict, "complete")
+
+
+def judge(wanted: Wanted, kind: str, rows: Mapping[str, Sequence[Answered]]) -> None:
+    """What of a table is not reached: single effects at 1x named, nothing named wrongly.
+
+    Args:
+        wanted: where it is kept.
+        kind: of recordings.
+        rows: recordings by the name of their row.
+    """
+    single = [
+        one
+        for name, own in rows.items()
+        for one in own
+        if name.endswith(" 1x") and len(one.hidden) == 1
+    ]
+    right = sum(outcome(one) in ("named", "family") for one in single)
+    wanted.share(f"{kind}: right family at 1x", right, len(single), 90.0)
+    every = [one for own in rows.values() for one in own]
+    wrong = sum(outcome(one) == "WRONG" for one in every)
+    wanted.share(f"{kind}: wrong names", wrong, len(every), 0.0, 1.0)
 
 
 def heading(design: str, colour: str, count: int) -> str:

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.hidden.table import COLUMNS, outcome
+from benchmarks.hidden.table import COLUMNS, judge, outcome
 from benchmarks.hidden.whole import (
     POSES,
     Judged,
@@ -17,6 +17,7 @@ from benchmarks.hidden.whole import (
     nameable_size,
     terms_of,
 )
+from benchmarks.measure import Wanted
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Opinion
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
@@ -43,17 +44,20 @@ def whole_table(pool: Executor, sensor: str, recordings: int, seed: int) -> Iter
     )
     columns = "".join(f"{name:>9}" for name in COLUMNS)
     yield f"{'hidden':<40}{'size':>20}{columns}{'added':>7}   held out: before → after, {unit}"
-    trials: list[Judged] = []
+    rows: dict[str, list[Judged]] = {}
     for term in terms_of(sensor):
         work = partial(_with_effect, sensor, term, seed)
         own = [one for one in pool.map(work, range(recordings)) if one is not None]
         if not own:
             yield f"{term:<40}{'':>20}   in none of these recordings could it be seen at any size"
             continue
-        trials += own
+        rows[f"{term} {TIMES:g}x"] = own
         size = np.median([abs(one.hidden[0].size) for one in own])
         yield _line(f"{term} {TIMES:g}x", f"{size:.3g} {own[0].hidden[0].unit}", own)
-    yield _line("all of these", "", trials)
+    yield _line("all of these", "", [one for own in rows.values() for one in own])
+    wanted = Wanted()
+    judge(wanted, f"{sensor}, whole program", rows)
+    yield str(wanted)
 
 
 def nothing_hidden(pool: Executor, recordings: int, seed: int) -> Iterator[str]:
