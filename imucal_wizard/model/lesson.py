@@ -316,11 +316,11 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 _ALIASES = "Exactly the same error in such data: {}. Only another kind of test separates them."
 _ONE_G = (
-    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; more poses sometimes do, too."
+    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses do."
 )
 _ONE_SPEED = (
-    "Nearly the same error at one speed: {}. Rotations at other speeds separate them; more "
-    "rotations sometimes do, too."
+    "Nearly the same error at one speed: {}. Rotations at other speeds separate them; sometimes "
+    "more rotations do."
 )
 _ONE_CHANGE = (
     "Nearly the same error during a single slow change: {}. A session with repeated poses, in "

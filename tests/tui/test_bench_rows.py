@@ -365,3 +365,5 @@ def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
             lines = view_text(sensor, view).splitlines()
             assert lines[0].startswith(f"{sensor.upper()}  {view.part}: ")
             assert max(map(len, lines[1:])) <= 79
+            assert not any("…" in row for row in lines[1:]), "a label is cut off"
+            assert not re.search(r"[0-9] °(?![C/])", "".join(lines)), "written as 0.1°"

@@ -1,6 +1,6 @@
 """The panels of the bench as rows: plot, suspects, model, ladder."""
 
-from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign
+from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign, with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
 from imucal_wizard.diagnose.effect_text import MAX_NAMED_PARAMETERS, leading_sizes_text
@@ -203,7 +203,8 @@ def _base_sizes(snapshot: BenchSnapshot, term: str) -> str:
             "  ".join(f"{name} {plus_minus(v, e)}" for name, v, e, _ in shown) + f"  {shown[0][3]}"
         )
     name, value, error, unit = shown[first]
-    return f"{len(own)} numbers, the largest {name} {plus_minus(value, error)} {unit}"
+    largest = with_unit(f"{name} {plus_minus(value, error)}", unit)
+    return f"{len(own)} numbers, the largest {largest}"
 
 
 def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:

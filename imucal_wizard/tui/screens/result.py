@@ -378,13 +378,12 @@ class SaveScreen(FitScreen):
 
     def news(self, width: int) -> list[Line]:
         """The place or the error; whether the bench has another model now."""
-        if self._writing or (self.state.saved is None and not self.problem):
-            rows = [line("Writing the calibration …", "accent")]
-        elif self.problem:
+        saved = self.state.saved
+        rows = [line("Writing the calibration …", "accent")]
+        if self.problem and not self._writing:
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
-        else:
-            assert self.state.saved is not None
-            rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
+        elif saved is not None and not self._writing:
+            rows = wrapped(f"✓ {saved.path}", width, "good", indent="  ")
             device = self.state.services.description.named
             known = (
                 f"device: {device}" if device else "no device name; d: give one, for its history"
