@@ -49,7 +49,7 @@ async def test_up_down_shows_the_start_values_live(size: tuple[int, int]) -> Non
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
             pilot, "3 of 6", "+x ●", "−y ◎", "yes ●", "1.3 of 2.0 s",
-            "bias 0.110 m/s²", "sensitivity 9.820 m/s² per g",
+            "bias 0.110 m/s²", "sensitivity 9.820 m/s² per g", "+z ● 9.710     −z ·          m/s²",
         )  # fmt: skip
 
 

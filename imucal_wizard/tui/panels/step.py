@@ -224,6 +224,8 @@ def _start(axis: str, done: Sequence[str], wanted: str | None, start: AxisStart 
         unit = unit_sign(start.unit)
         bias, gain = number(start.bias), number(start.sensitivity, 4)
         spans.append((f" bias {bias} {unit}  sensitivity {gain} {unit} per g", ""))
+    elif start is not None and (start.up is not None or start.down is not None):
+        spans.append((f" {unit_sign(start.unit)}", "quiet"))
     return tuple(spans)
 
 
