@@ -174,7 +174,8 @@ def _report(
         note(str(error))
         return
     if not sensors:
-        note(f"{survey.seconds:.0f} s: the first half minute shows the usual noise")
+        words = "the noise at rest is measured for half a minute, then the plot follows"
+        note(f"{survey.seconds:.0f} s: {words}")
         return
     progress = progress_line(sensors, survey.seconds, REPORTED_TAUS)
     lines = [

@@ -149,6 +149,11 @@ def plural(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
+def sentence(text: str) -> str:
+    """The text as a sentence: a capital first, a full stop where it has no other end."""
+    return f"{text[:1].upper()}{text[1:]}{'' if text[-1:] in '.?!' else '.'}"
+
+
 def finite_or_none(value: float | None) -> float | None:
     """The number for a document; None if it is unknown or infinite."""
     return None if value is None or not math.isfinite(value) else float(value)

@@ -447,7 +447,7 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
-        sentences.append(f"They determine {what}{', '.join(fit.model)}.")
+        sentences.append(f"These data determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
     dead = _warnings(diagnosis, NoticeKind.DEAD)[:1]
     return [*dead, *sentences, *_warnings(diagnosis, NoticeKind.CLIPPED, NoticeKind.CLIPPED_HOLDS)]

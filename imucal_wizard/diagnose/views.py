@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import number, readable, with_unit
+from imucal_wizard.core.quantities import number, readable, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
@@ -99,7 +99,7 @@ class ResidualView:
     def legend(self) -> str:
         """What the signs of the picture mean: noise band and suspect."""
         word = "standard error" if self.rows is None else "noise of each point"
-        band = "" if self.band is None else f"▒ {word} ±{number(self.band, 2)} {self.unit}"
+        band = "" if self.band is None else f"▒ {word} ±{size_with_unit(self.band, self.unit)}"
         return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
     @property
@@ -372,8 +372,7 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
         name=f"suspect-{suspect.term}",
         part=part.name,
         title=f"does {name} explain it? It would be {size}",
-        x_label=f"residual that {with_unit('1', candidate.unit)} of {name} would leave here, "
-        f"{shown}",
+        x_label=f"left by {with_unit('1', candidate.unit)} of {name}, {shown}",
         unit=shown,
         x=x[order],
         y=y[order],

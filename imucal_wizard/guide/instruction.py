@@ -97,7 +97,7 @@ def _turn(status: Status, attitude: Matrix) -> Turn | None:
         return turn_to(attitude, status.aim)
     if status.act is Act.ROTATE and status.rotation is not None:
         asked = status.rotation
-        return turn_about(attitude, _AXES[asked.axis], math.radians(asked.wanted_angle))
+        return turn_about(attitude, _AXES[asked.axis], math.radians(asked.left))
     return None
 
 

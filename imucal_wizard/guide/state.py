@@ -3,6 +3,7 @@
 Screens and sounds read nothing else of the procedure.
 """
 
+import math
 from dataclasses import field
 
 import numpy as np
@@ -188,6 +189,12 @@ class RotationStatus:
         rate = self.wanted_rate
         speed = "slow" if rate <= SLOW_RATE else "fast" if rate >= FAST_RATE else "medium"
         return f"{abs(self.wanted_angle):.0f}°, {speed}"
+
+    @property
+    def left(self) -> float:
+        """What is left of the wanted angle, degrees: all of it after a turn in the other sense."""
+        done = self.angle if self.angle * self.wanted_angle > 0.0 else 0.0
+        return math.copysign(max(abs(self.wanted_angle) - abs(done), 0.0), self.wanted_angle)
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,7 @@ FIELD, DIP = 48.0, np.radians(65.0)
 """Flux density, µT, and its angle below the horizon."""
 SESSION_RATES = np.array([-300.0, -150.0, -50.0, 50.0, 150.0, 300.0])
 """Rates of the rotations, °/s."""
+_AT_RATES = f"at {SESSION_RATES[SESSION_RATES > 0].min():.0f} to {SESSION_RATES.max():.0f} °/s"
 SESSION_DIRECTIONS = 60
 
 
@@ -79,7 +80,7 @@ class Cost:
         kinds = (
             ("the up direction wrong by", self.tilt_rms, self.tilt_worst),
             ("the heading wrong by", self.heading_rms, self.heading_worst),
-            ("a full rotation wrong by", self.rotation_rms, self.rotation_worst),
+            (f"a full rotation {_AT_RATES} wrong by", self.rotation_rms, self.rotation_worst),
         )
         parts = [
             f"{what} {_degrees(rms)} rms" + (f", {_degrees(most)} at worst" if worst else "")
@@ -313,16 +314,18 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
     return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
 
 
-_ALIASES = (
-    "can cause exactly the same error in such data; only another kind of test separates them."
+_ALIASES = "Exactly the same error in such data: {}. Only another kind of test separates them."
+_ONE_G = (
+    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses do."
 )
-_FAMILY = {
-    "orientation": "can cause nearly the same error at 1 g, or at one speed. Other forces or "
-    "speeds separate them, sometimes more data do.",
-    "time": "can cause nearly the same error during a single slow change. A session with repeated "
-    "poses, in which the temperature rises and falls, separates them.",
-}
-"""What other members of a family do, by the kind of its effects, and what separates them."""
+_ONE_SPEED = (
+    "Nearly the same error at one speed: {}. Rotations at other speeds separate them; sometimes "
+    "more rotations do."
+)
+_ONE_CHANGE = (
+    "Nearly the same error during a single slow change: {}. A session with repeated poses, in "
+    "which the temperature rises and falls, separates them."
+)
 _DISTURBED = (
     "One hold or rotation that differs from all others, because somebody touched the table or the "
     "device was not at rest. It is disturbed if the others agree with one another without it. Do "
@@ -392,9 +395,10 @@ def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> str:
         for one in others
         if effect.family and one.family == effect.family and one.name not in same
     ]
-    said = [f"{', '.join(same)} {_ALIASES}"] if same else []
-    said += [f"{', '.join(near)} {_FAMILY.get(effect.kind, '')}".rstrip()] if near else []
-    return " ".join(said)
+    alike = _ONE_G if sensor == ACCELEROMETER else _ONE_SPEED
+    alike = _ONE_CHANGE if effect.kind == "time" else alike
+    found = ((_ALIASES, same), (alike, near))
+    return " ".join(words.format(", ".join(names)) for words, names in found if names)
 
 
 def lesson(effect: Effect, sensor: str, catalogue: Iterable[Effect] = ()) -> Lesson:
@@ -443,13 +447,19 @@ def _plain(value: float) -> str:
     return f"{float(f'{value:.3g}'):g}"
 
 
+_WARMED = "in a session of 20 minutes in which the temperature rises by 20 °C and falls again"
+_CONDITIONS = {
+    "time": _WARMED,
+    "temperature": _WARMED,
+    "vibration": f"in a session with vibration of up to {SESSION_SHAKING.max():.1f} g rms",
+    "current": f"in a session whose motors draw up to {SESSION_AMPERES.max():.0f} A",
+}
+"""Conditions of the cost, by what the error depends on."""
+
+
 def session_words(effect: Effect) -> str:
-    """The conditions of the cost: "in a session of …"; "" for an effect of orientation."""
-    if effect.against == "current":
-        return "in a session whose motors draw up to 10 A"
-    if effect.kind == "orientation":
-        return ""
-    return "in a session of 20 minutes in which the temperature rises by 20 °C and falls again"
+    """The conditions of the cost: "in a session of …"; "" where only the direction counts."""
+    return _CONDITIONS.get(effect.against, "")
 
 
 def _plain_story(effect: Effect) -> Story:

@@ -11,6 +11,7 @@ from imucal_wizard.core.quantities import (
     quantity,
     readable,
     true_minus,
+    with_unit,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of, falls
@@ -155,8 +156,8 @@ def suspect_head(fit: SensorFit, width: int) -> list[str]:
         width: columns available.
     """
     titles = f"  {'with it, error would be':<24}{'fitted':>8}{'held out':>9}   {'p':<7}size ± error"
-    errors = f"{_in_unit(fit.rms_fitted, fit.unit):>8}{_in_unit(fit.rms_held_out, fit.unit):>9}"
-    return [titles[:width], f"  {'now':<24}{errors} {readable(fit.unit)[1]}"]
+    held_out = with_unit(f"{_in_unit(fit.rms_held_out, fit.unit):>9}", readable(fit.unit)[1])
+    return [titles[:width], f"  {'now':<24}{_in_unit(fit.rms_fitted, fit.unit):>8}{held_out}"]
 
 
 def suspect_row(entry: Entry, fit: SensorFit, width: int, lead: str = "  ") -> str:

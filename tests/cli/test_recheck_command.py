@@ -148,7 +148,7 @@ def test_other_axes_are_named_and_no_parameter_is_accused(
         assert one["verdict"] == ("no-go" if name in said else "go")
         assert said.get(name, "") in one["says"]
         assert not one["moved"]
-    assert found["says"].startswith("the readings do not have the axes of the calibration")
+    assert found["says"].startswith("The readings do not have the axes of the calibration")
 
 
 def test_of_an_accelerometer_alone_other_axes_are_one_explanation(
@@ -256,7 +256,8 @@ def test_another_range_and_another_device_are_recognised(
     simulate_recording(other, seed=12, poses="6", hold=2.5, rotations=0)
     status, found = run(file=other)
     assert (status, found["verdict"]) == (1, "no-go")
-    assert "is this the device" in found["says"]
+    assert found["says"].startswith("Calibrate the device again. Accelerometer: error ")
+    assert "is this the device that was calibrated? Gyroscope: error" in found["says"]
 
 
 @pytest.mark.parametrize(
@@ -325,7 +326,7 @@ def test_an_old_calibration_says_that_its_age_hides_changes(run: Run) -> None:
 
 
 def test_a_check_before_the_calibration_is_said_to_be_one(run: Run) -> None:
-    says = "the calibration is later than this check"
+    says = "The calibration is later than this check"
     assert says in run("--date", "2020-01-01")[1]["says"]
     assert says not in run("--date", f"{datetime.now(UTC):%Y-%m-%d}")[1]["says"]
 
@@ -498,7 +499,7 @@ def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -
     for made, count in ((plain, 0), (whole, 1)):
         known = CalibratedDevice(made, RecheckSettings(datetime.now(UTC)))
         says = known.recheck(measured, units).says
-        assert says.count("the magnetometer was not checked") == count
+        assert says.count("The magnetometer was not checked") == count
 
 
 def test_the_virtual_imu_is_another_device(folder: Path, tmp_path: Path) -> None:

@@ -208,7 +208,7 @@ def test_directions_that_do_not_determine_the_model_are_insufficient() -> None:
     said = statement_of(Benches(refitted(report, faces, readings), readings))
     assert said.verdict is Verdict.INSUFFICIENT
     assert "theta" in said.says
-    assert "They determine all other parameters of bias, scale." in said.says
+    assert "These data determine all other parameters of bias, scale." in said.says
     assert said.next_poses
 
 

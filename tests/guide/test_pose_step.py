@@ -195,5 +195,8 @@ def test_the_status_says_whether_a_hold_here_counts() -> None:
     assert machine.status().act is Act.POSE  # it is taken already
     machine.feed(device.place("+x").rest(0.3).taken())
     assert machine.status().act is Act.HOLD
+    machine.feed(device.place("-z").rest(1.0).taken())  # not the one that is asked for
+    assert machine.status().act is Act.HOLD
+    assert machine.status().detail == "−Z counts too"
     machine.feed(device.place("+x+y").rest(0.3).taken())
     assert machine.status().act is Act.POSE

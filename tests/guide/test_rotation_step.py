@@ -1,5 +1,7 @@
 """Rotations by hand between still periods: what is taken, and what is rejected with its reason."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,22 @@ def test_the_live_angle_and_rates_follow_the_turn() -> None:
     after = machine.status().rotation
     assert after is not None
     assert after.angle == 0.0
+
+
+def test_the_drawing_shows_what_is_left_of_a_rotation_and_then_asks_for_a_hold() -> None:
+    """The place to stop at stays where it is while the device turns towards it."""
+    device, machine = rotating()
+    asked = machine.status().rotation
+    assert asked is not None
+    machine.feed(device.rotate("x", 0.6 * asked.wanted_angle, 2.0).taken())
+    turn = machine.status().turn
+    assert turn is not None
+    assert math.degrees(turn.angle) == pytest.approx(0.4 * abs(asked.wanted_angle), abs=2.0)
+    machine.feed(device.rotate("x", 0.45 * asked.wanted_angle, 2.0).taken())
+    status = machine.status()
+    assert not status.still.still
+    assert status.act is Act.HOLD
+    assert status.turn is None
 
 
 def test_a_gap_ends_a_rotation_at_once_and_a_new_hold_is_asked_for() -> None:

@@ -5,11 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.catalogue import effect, effects_for
+from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.model.lesson import (
     cost_of_ignoring,
+    cost_text,
     left_by_magnitude,
     left_by_rotations,
+    lookalikes,
     session_poses,
     session_rotations,
 )
@@ -50,3 +53,18 @@ def test_what_the_base_can_explain_costs_nothing() -> None:
     assert np.abs(left_by_magnitude(c.force, error)).max() < 1e-12
     rate = session_rotations().rate
     assert np.abs(left_by_rotations(rate, rate @ np.full((3, 3), 0.02) + 0.01)).max() < 1e-12
+
+
+def test_a_cost_is_stated_with_the_conditions_that_it_depends_on_and_no_others() -> None:
+    for one in effects_for(ACCELEROMETER):
+        text = cost_text(one, ACCELEROMETER)
+        assert ("temperature" in text) == (one.against in ("time", "temperature")), one.name
+        assert ("vibration" in text) == (one.against == "vibration"), one.name
+    for one in effects_for(GYROSCOPE):
+        assert "a full rotation at 50 to 300 °/s wrong by" in cost_text(one, GYROSCOPE), one.name
+
+
+def test_what_separates_lookalikes_is_something_that_the_sensor_measures() -> None:
+    for sensor, foreign in ((ACCELEROMETER, "speed"), (GYROSCOPE, " g")):
+        every = effects_for(sensor)
+        assert not any(foreign in lookalikes(one, sensor, every) for one in every)

@@ -202,6 +202,23 @@ def test_a_port_is_measured_live(
     assert "τ 1 s known" in printed
 
 
+def test_before_the_first_plot_a_port_says_what_it_waits_for(
+    pty: Pty, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("imucal_wizard.cli.noise.REPORT_SECONDS", 0.0)
+    lines = csv_of(TIME, force(8107)).splitlines(keepends=True)
+
+    def send() -> None:
+        with contextlib.suppress(OSError):  # unplugged
+            for first in range(0, 1000, 50):
+                pty.send(b"".join(lines[first : first + 50]))
+
+    threading.Thread(target=send, daemon=True).start()
+    assert main(["noise", "--port", pty.path, "--seconds", "5"]) == 0
+    words = "s: the noise at rest is measured for half a minute, then the plot follows"
+    assert words in capsys.readouterr().err
+
+
 def test_kalibr_takes_the_measured_noise(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

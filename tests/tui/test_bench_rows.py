@@ -30,6 +30,7 @@ from imucal_wizard.tui.bench.panels import (
     picture_rows,
     point_row,
     table_rows,
+    verdict_rows,
     view_head,
 )
 from imucal_wizard.tui.bench.selection import Selection
@@ -365,3 +366,17 @@ def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
             lines = view_text(sensor, view).splitlines()
             assert lines[0].startswith(f"{sensor.upper()}  {view.part}: ")
             assert max(map(len, lines[1:])) <= 79
+            assert not any("…" in row for row in lines[1:]), "a label is cut off"
+            assert not re.search(r"[0-9] °(?![C/])", "".join(lines)), "written as 0.1°"
+
+
+def test_a_verdict_that_does_not_fit_ends_with_a_sentence(snapshot: BenchSnapshot) -> None:
+    more, says = "  … n: all of it", snapshot.diagnosis.says
+    whole = " ".join(row.strip() for row in lines(verdict_rows(snapshot, 78, 9)))
+    assert whole.endswith(says)
+    for height in (2, 3):
+        rows = lines(verdict_rows(snapshot, 78, height))
+        assert len(rows) <= height
+        assert rows[-1].endswith(f".{more}")
+    assert lines(verdict_rows(snapshot, 30, 1))[0].endswith(more)
+    assert verdict_rows(snapshot, 78, 0) == []

@@ -179,7 +179,7 @@ async def test_a_long_problem_is_shown_whole_with_the_way_to_continue(words: str
 
 
 async def test_how_to_lay_it_down_is_told_to_its_end() -> None:
-    detail = "away from iron, magnets and loudspeakers; any face, or tumble it freely"
+    detail = "away from iron, magnets and loudspeakers; any face or free tumbling counts"
     shown = replace(status(), guidance="88° away: tip it away from you", detail=detail)
     event = Event(EventKind.WARNING, 430.0, 2 * "words that take two rows of eighty columns, ")
     async with app_with(fakes.FakeSource(replace(shown, last_event=event))).run_test() as pilot:

@@ -26,13 +26,13 @@ from imucal_wizard.guide.wording import (
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.tui.drawing import cube_rows
-from imucal_wizard.tui.panels.step import compact_row, rotation_rows, stream_row
+from imucal_wizard.tui.panels.step import compact_row, pose_rows, rotation_rows, stream_row
 from imucal_wizard.tui.panels.traces import trace, trace_rows
 from imucal_wizard.tui.sounds import PATTERNS, Sounds
 from imucal_wizard.tui.text import bar, clean, compact, wrapped
 from imucal_wizard.tui.widgets.big_text import enlarged
 from tests.characters import CHARACTERS
-from tests.tui.terminals import plain
+from tests.tui.terminals import lines, plain
 
 SI = ("m/s^2", "rad/s")
 
@@ -247,3 +247,9 @@ def test_how_far_the_limits_are_loosened_is_readable_in_eighty_columns() -> None
 def test_a_lost_connection_is_shown_without_the_rate_that_the_stream_had() -> None:
     lost = StreamStatus(source="virtual IMU", connected=False, rate=100.0, lost=3)
     assert plain(stream_row(lost, "", 1.0, False, 80)).startswith(" ▲ not connected, 3 lost")
+
+
+def test_each_kind_of_pose_has_its_name_and_all_26_fit_80_columns() -> None:
+    rows = lines(pose_rows((), tuple(DIRECTIONS), "+x+y", None, 80, 9))
+    assert [row[:9].strip() for row in rows] == ["faces", "edges", "", "corners", ""]
+    assert max(map(len, rows)) <= 80

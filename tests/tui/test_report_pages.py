@@ -132,10 +132,10 @@ def test_in_a_hold_the_live_heading_is_that_of_the_report(
     assert abs(now.dip - 66.0) < 0.5
     text = page(course_rows(now, aligned, 76))
     assert text.count("✓") == 2
-    assert re.search(r"the calibration turns it by [+−]\d+\.\d°", text)
+    assert re.search(r"the heading changes by [+−]\d+\.\d°", text)
     assert "▲" not in text
     # 0.4 µT in a level field of 43.7 µT · cos 66° = 17.8 µT
-    assert "noise of one reading ± 1.3°" in text
+    assert "noise of one reading ±1.3°" in text
 
 
 def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned: FitReport) -> None:
@@ -181,7 +181,7 @@ async def test_one_key_shows_the_heading_and_it_follows_the_device(
         await pilot.press("h")
         await shows(
             pilot, "before calibration", "after calibration", "when calibrated ✓", "±",
-            "by the calibration", "h back to the result",
+            "from the calibration", "h back to the result",
         )  # fmt: skip
         first = app.screen.query_one("#heading-after", BigText).text
         assert first != app.screen.query_one("#heading-before", BigText).text
@@ -206,7 +206,7 @@ async def test_readings_that_are_no_news_are_called_so(
         await shows(pilot, "after calibration")
         source.stream = replace(source.stream, problem="the port is lost: plug it in again")
         source.say(RESULT)
-        await shows(pilot, "▲ the port is lost", "by the calibration")
+        await shows(pilot, "▲ the port is lost", "from the calibration")
         source.finished = True
         source.say(RESULT)
         await shows(pilot, "The recording has ended: this is its last reading", "error left is")

@@ -22,7 +22,7 @@ from imucal_wizard.tui.panels.report import fit_summary
 from imucal_wizard.tui.screens.result import SaveScreen
 from imucal_wizard.tui.services import Saved
 from imucal_wizard.tui.sounds import Sounds
-from imucal_wizard.tui.widgets.big_text import dots, half_blocks
+from imucal_wizard.tui.widgets.big_text import BigText, dots, half_blocks
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, printed
 from tests.tui.waiting import seen, shows, until
@@ -225,6 +225,31 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         screen.save()
         text = await shows(pilot, "not saved: the disk is full", "t table")
         assert "a.json" not in text
+
+
+async def test_a_file_that_is_being_written_is_not_called_saved() -> None:
+    """Nor is the file before it, which has another model."""
+    source, ready = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE)), threading.Event()
+    services = fakes.services(source, Path("a.json"))
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "✓ ", "a.json")
+        screen = app.screen
+        assert isinstance(screen, SaveScreen)
+        assert screen.query_one(BigText).text == "SAVED"
+
+        def save(fitted: FitReport, benches: Benches | None, place: Path | None) -> Saved:
+            assert ready.wait(PATIENCE)
+            return services.save(fitted, benches, place)
+
+        app.state.services = replace(services, save=save)
+        screen.save()
+        text = await shows(pilot, "Writing the calibration")
+        assert "a.json" not in text
+        assert screen.query_one(BigText).text == "SAVING"
+        ready.set()
+        await shows(pilot, "✓ ", "a.json")
+        assert screen.query_one(BigText).text == "SAVED"
 
 
 def test_the_error_on_new_poses_stands_beside_the_fitted_one() -> None:

@@ -43,13 +43,23 @@ async def test_a_pose_is_told_with_words_drawing_reason_progress_and_list(
         assert app.screen.query_one(BigText).text == "TURN +X −Y UP"
 
 
+@pytest.mark.parametrize("size", [(80, 38), (120, 40)])
+async def test_a_taller_terminal_hides_neither_an_axis_nor_the_progress_of_a_hold(
+    size: tuple[int, int],
+) -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=size) as pilot:
+        axes = (f"{sensor} {axis}  ▪" for sensor in "aω" for axis in "xyz")
+        await shows(pilot, *axes, "HOLD", "0.0 of 2.0 s")
+
+
 @pytest.mark.parametrize("size", [USUAL, LARGE])
 async def test_up_down_shows_the_start_values_live(size: tuple[int, int]) -> None:
     source = fakes.FakeSource(fakes.up_down_status())
     async with app_with(source).run_test(size=size) as pilot:
         await shows(
             pilot, "3 of 6", "+x ●", "−y ◎", "yes ●", "1.3 of 2.0 s",
-            "bias 0.110 m/s²", "sensitivity 9.820 m/s² per g",
+            "bias 0.110 m/s²", "sensitivity 9.820 m/s² per g", "+z ● 9.710     −z ·          m/s²",
         )  # fmt: skip
 
 

@@ -18,6 +18,7 @@ from imucal_wizard.core.limits.procedure import (
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.notices import reworded
 from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between
+from imucal_wizard.core.quantities import sentence
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
@@ -232,7 +233,7 @@ class FieldStage:
         )
         if self._patience.wait(seconds, progress):
             why = self.trouble or self._disturbance.now
-            text = f"No progress for {FIELD_PATIENCE:.0f} s. {_sentence(why)}".rstrip()
+            text = f"No progress for {FIELD_PATIENCE:.0f} s. {sentence(why)}".rstrip()
             self._context.emit(EventKind.STUCK, reworded(text, why))
 
     def offers(self) -> tuple[Offer, ...]:
@@ -269,7 +270,7 @@ class FieldStage:
             status,
             act=Act.POSE,
             instruction=lay_down(face),
-            detail=f"{away}; any face, or tumble it freely",
+            detail=f"{away}; any face or free tumbling counts",
             wanted=pose,
             aim=(x, y, z),
             off_by=None if up is None else math.degrees(angle_between(up, DIRECTIONS[pose])),
@@ -300,8 +301,3 @@ class FieldStage:
             left_out=survey.left_out,
             good=self.good,
         )
-
-
-def _sentence(text: str) -> str:
-    """The text as a sentence; µT and names of axes keep their case."""
-    return f"{text[:1].upper()}{text[1:]}." if text else ""

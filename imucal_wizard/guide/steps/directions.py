@@ -262,7 +262,7 @@ class DirectionsStage:
         if here is wanted:
             return replace(status, act=Act.HOLD, instruction=HOLD_STILL, guidance=THERE)
         if still and not spent and self._counts(up):
-            pose = f"{here.label} is missing too" if here is not None else "this one is new"
+            pose = f"{here.label} counts too" if here is not None else "a new orientation counts"
             return replace(
                 status, act=Act.HOLD, instruction=HOLD_STILL, detail=pose, reason="", aim=None
             )

@@ -364,13 +364,14 @@ class RotationsStage:
     def view(self) -> Status:
         """The present rotation, or how to begin one."""
         context, axis = self._context, self.axis
-        start, up = START_POSES[axis], context.up
-        status = Status(progress=self.tally, rotation=self._rotation())
+        start, up, rotation = START_POSES[axis], context.up, self._rotation()
+        status = Status(progress=self.tally, rotation=rotation)
         if self.finished:
             return replace(status, act=Act.DONE, instruction=ALL_TAKEN)
         seconds, rotate = f"for {self.seconds:.0f} s", f"ROTATE ABOUT {axis.upper()}"
         if self._turn is not None:
-            if context.still and abs(self._angle) > self._step.minimum_deg:
+            stopped = context.still and abs(self._angle) > self._step.minimum_deg
+            if stopped or rotation.left == 0.0:
                 return replace(status, act=Act.HOLD, instruction=HOLD_STILL, detail=seconds)
             return replace(
                 status,

@@ -1,6 +1,8 @@
 """The panels of the bench as rows: plot, suspects, model, ladder."""
 
-from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign
+import re
+
+from imucal_wizard.core.quantities import number, plus_minus, readable, unit_sign, with_unit
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry
 from imucal_wizard.diagnose.effect_text import MAX_NAMED_PARAMETERS, leading_sizes_text
@@ -203,7 +205,8 @@ def _base_sizes(snapshot: BenchSnapshot, term: str) -> str:
             "  ".join(f"{name} {plus_minus(v, e)}" for name, v, e, _ in shown) + f"  {shown[0][3]}"
         )
     name, value, error, unit = shown[first]
-    return f"{len(own)} numbers, the largest {name} {plus_minus(value, error)} {unit}"
+    largest = with_unit(f"{name} {plus_minus(value, error)}", unit)
+    return f"{len(own)} numbers, the largest {largest}"
 
 
 def _in_words(parameter: Parameter) -> tuple[str, float, float | None, str]:
@@ -225,3 +228,25 @@ def model_rows(
     upto = [row for group in groups[: (chosen or 0) + 1] for row in group]
     first = max(0, len(head) + len(upto) - height) if chosen is not None else 0
     return [*head, *[row for group in groups for row in group][first:]]
+
+
+_MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
+
+
+def verdict_rows(snapshot: BenchSnapshot, width: int, height: int) -> list[Line]:
+    """The verdict in the rows available: its first sentences if not all of it fits."""
+    style, words, more = snapshot.style, snapshot.diagnosis.says, "  … n: all of it"
+    mark = f" {_MARKS.get(style, '▸')} "
+
+    def rows(text: str) -> list[Line]:
+        return wrapped(mark + text, width, style, indent="   ")
+
+    if len(rows(words)) <= height:
+        return rows(words)
+    for end in reversed([found.start() for found in re.finditer(r"(?<=[.?!]) ", words)]):
+        first = rows(words[:end])
+        if len(first) <= height and width_of(first[-1]) + len(more) <= width:
+            return [*first[:-1], (*first[-1], (more, "key"))]
+    cut = "".join(text for text, _ in rows(words)[max(0, height - 1)])
+    cut = cut[: width - len(more)].rsplit(" ", 1)[0]
+    return [*rows(words)[: max(0, height - 1)], ((cut, style), (more, "key"))][: max(0, height)]

@@ -169,7 +169,7 @@ def pose_rows(
 
     def laid(shown: Sequence[str]) -> list[Line]:
         rows: list[Line] = []
-        for label, length in (("faces", 2), ("edges", 4), ("tilts", 5), ("other", 6)):
+        for label, length in (("faces", 2), ("edges", 4), ("tilts", 5), ("corners", 6)):
             cells = [_pose(n, signs[n], recognised) for n in shown if len(n) == length]
             rows += _pose_cells(label, cells, width)
         return rows
@@ -194,11 +194,11 @@ def _pose_cells(label: str, cells: list[Span], width: int) -> list[Line]:
     if not cells:
         return []
     wide = max(len(text) for text, _ in cells) + 1
-    per_row = max(1, (width - 8) // wide)
+    per_row = max(1, (width - 9) // wide)
     per_row = 6 if len(cells) == 12 and 6 <= per_row < 12 else per_row
     rows: list[Line] = []
     for start in range(0, len(cells), per_row):
-        head: Span = (f" {label if start == 0 else '':<6}", "quiet")
+        head: Span = (f" {label if start == 0 else '':<7}", "quiet")
         part = cells[start : start + per_row]
         rows.append((head, *((text.ljust(wide), style) for text, style in part)))
     return rows
@@ -224,6 +224,8 @@ def _start(axis: str, done: Sequence[str], wanted: str | None, start: AxisStart 
         unit = unit_sign(start.unit)
         bias, gain = number(start.bias), number(start.sensitivity, 4)
         spans.append((f" bias {bias} {unit}  sensitivity {gain} {unit} per g", ""))
+    elif start is not None and (start.up is not None or start.down is not None):
+        spans.append((f" {unit_sign(start.unit)}", "quiet"))
     return tuple(spans)
 
 

@@ -25,6 +25,7 @@ from imucal_wizard.tui.bench.panels import (
     picture_rows,
     point_row,
     table_rows,
+    verdict_rows,
     view_head,
 )
 from imucal_wizard.tui.bench.selection import PANELS, Selection
@@ -52,7 +53,6 @@ _PREDICT = (
 _IN_MEMORY = "▲ If the program is ended now, this model is lost: {}. s saves it."
 _TABLE = "On a rate table: record more steps or mountings and fit all files together."
 _CIRCLES = "For more circles, leave the bench and repeat the step Field."
-_MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 
 class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
@@ -253,7 +253,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
     def _said(self, width: int, _height: int) -> list[Line]:
         """Present task, message and verdict, in this order."""
-        width, snapshot, (note, style) = width - 2, self.selection.snapshot, self.note
+        width, (note, style) = width - 2, self.note
         rows: list[Line] = []
         if self.busy:
             rows += [line(f" {self.busy}", "accent")]
@@ -261,14 +261,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             rows += wrapped(f" {note}", width, style, indent=" ")
         if self.selection.hidden:
             rows += wrapped(f" {_PREDICT}", width, "accent", indent=" ")
-        elif snapshot is not None:
-            sign, words = snapshot.style, snapshot.diagnosis.says
-            rows += wrapped(f" {_MARKS.get(sign, '▸')} {words}", width, sign, indent="   ")
-        if len(rows) > SAID:
-            last = "".join(text for text, _ in rows[SAID - 1])
-            more = "  … n: all of it"
-            cut = last[: width - len(more)].rsplit(" ", 1)[0]
-            rows[SAID - 1] = ((cut, rows[SAID - 1][0][1]), (more, "key"))
+        elif self.selection.snapshot is not None:
+            rows += verdict_rows(self.selection.snapshot, width, SAID - len(rows))
         return (rows + [line("")] * SAID)[:SAID]
 
     def _lines(self, name: str) -> Lines:

@@ -121,8 +121,8 @@ def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[
         return rows
     change, left = np.degrees(heading_summary(report.second_stage.headings))
     if math.isfinite(change):
-        says = f"In the holds the calibration turns it by {change:.1f}° rms; "
-        rows += wrapped(f"{says}the error left is {left:.2f}°.", width, "quiet")
+        says = f"in the holds: changes by {change:.1f}° rms, which leaves an error of {left:.2f}°"
+        rows += wrapped(says, width, "quiet")
     return rows
 
 
@@ -142,13 +142,13 @@ def _after(now: LiveHeading) -> Line:
     """The heading with the calibration's uncertainty, and the noise of one reading."""
     if not math.isfinite(now.after):
         return (("▲ no heading: x is upright. Lay it flatter", "warn"),)
-    known = f"{now.after:.1f} ± {now.error:.2f}°"
-    adds = "" if now.noise is None else f"; noise of one reading ± {now.noise:.1f}°"
-    return (("after ", "quiet"), (known, "good"), (f" by the calibration{adds}", "quiet"))
+    adds = "" if now.noise is None else f"; noise of one reading ±{now.noise:.1f}°"
+    error = f", ±{now.error:.2f}° from the calibration{adds}"
+    return ("after ", "quiet"), (f"{now.after:.1f}°", "good"), (error, "quiet")
 
 
 def _change(now: LiveHeading) -> Line:
-    turns = true_minus(f"the calibration turns it by {now.change:+.1f}°; ")
+    turns = true_minus(f"the heading changes by {now.change:+.1f}°; ")
     rise, where = round(abs(now.rise)), "above" if now.rise >= 0 else "below"
     lies = f"{rise}° {where} the horizon" if rise else "level"
     return (turns if math.isfinite(now.change) else "", "strong"), (

@@ -318,6 +318,11 @@ class SaveScreen(FitScreen):
     ]
     step = StepKind.SAVE
 
+    def __init__(self, state: WizardState) -> None:
+        super().__init__(state)
+        self._writing = 0
+        """Files that are being written, or wait for their turn."""
+
     def body(self) -> ComposeResult:
         """The outcome in large letters, the place, and the result."""
         yield BigText(id="instruction")
@@ -332,6 +337,9 @@ class SaveScreen(FitScreen):
     async def save(self) -> None:
         """Fit again with the validation and write the file, in a thread; one after the other."""
         state, app = self.state, cast("BaseApp", self.app)
+        self._writing += 1
+        self.query_one(BigText).say("SAVING")
+        self.refresh_page()
         try:
             with app.unfinished():
                 state.fitted(await in_thread(state.fit))
@@ -341,6 +349,7 @@ class SaveScreen(FitScreen):
             self.post_message(Failed(error))
         else:
             self.problem = ""
+        self._writing -= 1
         if being_left(self):
             return
         word = ("NOT SAVED", "bad") if self.problem else ("SAVED", "good")
@@ -369,11 +378,12 @@ class SaveScreen(FitScreen):
 
     def news(self, width: int) -> list[Line]:
         """The place or the error; whether the bench has another model now."""
+        saved = self.state.saved
         rows = [line("Writing the calibration …", "accent")]
-        if self.problem:
+        if self.problem and not self._writing:
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
-        elif self.state.saved is not None:
-            rows = wrapped(f"✓ {self.state.saved.path}", width, "good", indent="  ")
+        elif saved is not None and not self._writing:
+            rows = wrapped(f"✓ {saved.path}", width, "good", indent="  ")
             device = self.state.services.description.named
             known = (
                 f"device: {device}" if device else "no device name; d: give one, for its history"
