@@ -300,9 +300,9 @@ def intervals(
 ) -> tuple[FloatArray, float, float, float, float]:
     """Share of 95 % intervals that hold the truth, per parameter, shape (10,).
 
-    A recording that is refused has none. And the rms error over the standard error, over the least possible one, the share of 90 %
-    intervals of the error held out that hold the rms error of a new recording, if asked for, and
-    the share of reports that say that slow noise was not measured.
+    A recording that is refused has none. And the rms error over the standard error, over the least
+    possible one, the share of 90 % intervals of the error held out that hold the rms error of a new
+    recording, if asked for, and the share of reports that say that slow noise was not measured.
     """
     make, rate, seconds = motion
     off, over, inside, foretold, unknown = [], [], [], [], []

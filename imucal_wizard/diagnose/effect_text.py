@@ -20,6 +20,9 @@ from imucal_wizard.model.lesson import (
 
 MAX_NAMED_PARAMETERS = 3
 """Parameters of one effect that a sentence names."""
+MIN_EQUAL_PART = 0.8
+"""Part of each size in the combination that is known best, over the largest part, from which on
+their plain sum or difference is as good."""
 MIN_UNCERTAINTY_TOLD = 1.4
 """Upper end of the 90 % interval of a size over the size, or the size over its lower end, from
 which on the interval is told: below it, two of three sizes are right within 20 %."""
@@ -49,53 +52,97 @@ def dependence_text(bench: Bench, term: str) -> str:
 def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     """What the error depends on, which effect, its size, and what it costs to ignore it."""
     effect = next(one for one in bench.effects if one.name == term)
-    sizes, errors = sizes_of(diagnosis, bench, effect)
+    sizes = sizes_of(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
-        f"{word}: {title}, {sizes_text(effect, bench.sensor, sizes, errors)}.",
-        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes)}.",
+        f"{word}: {title}, {sizes_text(effect, bench.sensor, *sizes)}.",
+        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0])}.",
     ]
 
 
-def sizes_of(diagnosis: Diagnosis, bench: Bench, effect: Effect) -> tuple[FloatArray, FloatArray]:
-    """As fitted where the effect is in the model, else as it would come out."""
-    for term, sizes, errors in zip(
-        bench.fit.terms, bench.fit.sizes, bench.fit.size_errors, strict=True
-    ):
+def sizes_of(
+    diagnosis: Diagnosis, bench: Bench, effect: Effect
+) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    """As fitted where the effect is in the model, else as it would come out.
+
+    Returns:
+        Sizes and standard errors, shape (p,), and the covariance, (p, p), where it is known.
+    """
+    fit, first = bench.fit, 0
+    for term, sizes, errors in zip(fit.terms, fit.sizes, fit.size_errors, strict=True):
+        own = slice(first, first + len(sizes))
         if term.name == effect.name:
-            return sizes, errors
+            known = fit.size_covariance
+            return sizes, errors, None if known is None else known[own, own]
+        first = own.stop
     for one in diagnosis.suspects:
         if one.term == effect.name and one.trial is not None:
-            return one.trial.size, one.trial.standard_error
+            return one.trial.size, one.trial.standard_error, one.trial.covariance
     count = len(effect.parameters(bench.sensor))
-    return np.zeros(count), np.full(count, np.nan)
+    return np.zeros(count), np.full(count, np.nan), None
 
 
-def sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:
+def sizes_text(
+    effect: Effect,
+    sensor: str,
+    sizes: FloatArray,
+    errors: FloatArray,
+    covariance: FloatArray | None = None,
+) -> str:
     """The sizes that stand out: ``x 5.1 ± 0.3, z −1.2 ± 0.3 mg/g²``; else the most certain one.
+
+    Large sizes that only their sum is known of are given as that: ``xyz + yxz + zxy 5.1 ± 0.1``.
 
     Args:
         effect: the effect.
         sensor: whose.
         sizes: shown unit, shape (p,).
         errors: one standard deviation each, NaN where they are not known, shape (p,).
+        covariance: of the sizes, where it is known, shape (p, p).
     """
     parameters = effect.parameters(sensor)
     if effect.free:
         size = with_unit(plus_minus(*rms_size(sizes, errors)), f"{parameters[0].unit} rms")
         return f"{parameters[0].name[:1]} {size}"
+    names = [one.name for one in parameters]
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)
     order = np.argsort(-np.where(np.isfinite(certain), certain, 0.0), kind="stable")
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
-    clear = clear or [largest(sizes, errors)]
-    parts = [f"{parameters[k].name} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
-    text = with_unit(", ".join(parts), parameters[0].unit)
-    most = float(np.abs(sizes[clear]).max())
-    unclear = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
-    names = [parameters[k].name for k in unclear if k not in clear and np.abs(sizes[k]) > most]
-    return f"{text}; {', '.join(names)} not determined alone" if names else text
+    large = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
+    unclear = sorted(k for k in large if certain[k] < MIN_SIZE_IN_ERRORS)
+    together = None if covariance is None else _together(names, sizes, covariance, unclear)
+    if together is None and not clear:
+        clear = [largest(sizes, errors)]
+    parts = [f"{names[k]} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
+    text = with_unit(
+        ", ".join(parts if together is None else [together, *parts]), parameters[0].unit
+    )
+    most = float(np.abs(sizes[clear]).max(initial=0.0))
+    alone = [names[k] for k in large if k not in clear and np.abs(sizes[k]) > most]
+    return f"{text}; {', '.join(alone)} not determined alone" if alone else text
+
+
+def _together(
+    names: list[str], sizes: FloatArray, covariance: FloatArray, unclear: list[int]
+) -> str | None:
+    """The sum or difference of unclear sizes, if it stands out and they have equal parts in it."""
+    if len(unclear) < 2:
+        return None
+    shared = covariance[np.ix_(unclear, unclear)]
+    _, vectors = np.linalg.eigh(shared)
+    best = vectors[:, 0] / np.abs(vectors[:, 0]).max()
+    if not (np.abs(best) >= MIN_EQUAL_PART).all():
+        return None
+    signs = np.sign(best * best[0])
+    value, error = float(signs @ sizes[unclear]), float(np.sqrt(signs @ shared @ signs))
+    if abs(value) < MIN_SIZE_IN_ERRORS * error:
+        return None
+    sums = [
+        f"{'+' if sign > 0.0 else '−'} {names[k]}" for sign, k in zip(signs, unclear, strict=True)
+    ]
+    return f"{' '.join(sums)[2:]} {plus_minus(value, error)}"
 
 
 def leading_sizes_text(effect: Effect, sensor: str, sizes: FloatArray, errors: FloatArray) -> str:

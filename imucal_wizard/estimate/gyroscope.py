@@ -28,7 +28,7 @@ from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
-from imucal_wizard.estimate.sampling_loss import SamplingLoss, sampling_loss
+from imucal_wizard.estimate.sampling_loss import SamplingLoss, borne_out, sampling_loss
 from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
     estimate_slow_errors,
@@ -261,6 +261,23 @@ class GyroscopeExperiment(Movable):
         other.sources = (other.rest, other.closure, *self.sources[2:])
         return other
 
+    def refined(self, found: Minimum[Experiment]) -> "GyroscopeExperiment":
+        """See ``Experiment``: closures that are too small for the loss show a smaller one."""
+        first, system, whiten = len(self.rest.labels), found.system, found.independent
+        own = slice(first, first + len(self.closure.labels))
+        span = np.diff(self.rotations.spans, axis=1)[:, 0]
+        share = borne_out(
+            whiten.measured(system.residual)[own] ** 2,
+            whiten.diagonal(system.own)[own],
+            np.repeat((self.lost.aliased + self.lost.white) * span, 2),
+            float(found.balance.spare[own].sum()),
+        )
+        if share == 1.0:
+            return self
+        other = copy(self)
+        other.lost = SamplingLoss(share * self.lost.aliased, share * self.lost.white)
+        return other.moved(self._start, self.free)
+
     def with_rows(
         self, rotations: RotationSet, more: Sequence[RowSource], free: Sequence[int]
     ) -> "GyroscopeExperiment":
@@ -422,7 +439,8 @@ class GyroscopeExperiment(Movable):
     def undersampled(self) -> float | None:
         """Rms closure by what sampling loses, rad, where it is most of the noise; else None."""
         span = np.diff(self.rotations.spans, axis=1)[:, 0]
-        lost = 2.0 * float((self.lost.aliased * span).mean())
+        # noise that most rotations have beyond that at rest is motion, too
+        lost = 2.0 * float(((self.lost.aliased + median(self.lost.white)) * span).mean())
         tilts = self._tilts()[self.closure.holds].sum(axis=1)
         whole = 2.0 * float((self.closure.noise + tilts).mean())
         return float(np.sqrt(lost)) if lost > 0.5 * whole else None

@@ -84,7 +84,11 @@ def gyroscope_minimum(
     rows = holds, turned, reference, unit, start, nominal
     rough = GyroscopeExperiment(*rows, readings=readings, spectrum=spectrum)
     whole = replace(rough.directions(BASE), precision=datasheet_precision(nominal, matrix))
-    return of_determined(minimum(rough, directions=whole), nominal)
+    found = of_determined(minimum(rough, directions=whole), nominal)
+    # closures weigh more once less is lost, and may then show that still less is
+    while (refined := found.experiment.refined(found)) is not found.experiment:
+        found = minimum(refined)
+    return found
 
 
 def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:

@@ -14,12 +14,14 @@ rest, which is white before the filter, shows what the filter passes. The sample
 Three of its figures are taken: its height at f/2 and its fall from 3f/8 to f/2 in motion, the power
 at rest off, which give P as a power law ``P ∝ ν^(−p)``, and its fall from f/4 to f/2 at rest, which
 gives the corner ν₀ of the filter, ``H = 1/(1 + (ν/ν₀)⁴)``, that of a usual digital output filter.
-That is an upper limit: a sensor that averages from one sample to the next has white noise like one
-without a filter, and a tremor at rest hides the filter. It never depends on how well the rotations
-close.
-
 How fast the power falls is taken from all rotations together, its height from each: where a device
 is put down hard, it is a hundred times that of a turn in the air.
+
+That is an upper limit: a sensor that averages from one sample to the next has white noise like one
+without a filter, and a tremor at rest hides the filter. How well the rotations close only lessens
+it: what is left of closures is noise and misfit, so noise that exceeds all of it (a 1 % test) is
+lost nowhere (``borne_out``). A misfit can delay that, but cannot make the loss larger than the
+spectrum shows.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
@@ -38,6 +40,7 @@ from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.noise import shrunk
 from imucal_wizard.estimate.rest_spectrum import (
     CLEAR,
@@ -54,6 +57,11 @@ NEAR = (0.35, 0.4)
 FALLS = np.linspace(2.0, 8.0, 121)
 """Powers p that are tried: a hand's torque is at most white noise, and its rate then falls as
 1/ν²."""
+MIN_SHORT_P = 0.01
+"""Probability of closures as small as these under the loss that the spectrum allows, below which
+the sensor loses less."""
+SHARE_TOLERANCE = 1e-6
+"""Of the share of the loss that closures bear out, as a variance."""
 TAPERED = 0.05
 """Share of a rotation at either end that is faded; the device hardly moves there."""
 
@@ -121,6 +129,29 @@ def sampling_loss(
         folded = min(folded, noise / tremor)
     each = shrunk(power[:, 0] / np.maximum(counts[:, 0], 1), 2 * counts[:, 0])
     return SamplingLoss(folded * np.maximum(each - white - own, 0.0), white)
+
+
+def borne_out(squares: FloatArray, variance: FloatArray, lost: FloatArray, freedom: float) -> float:
+    """Share of the loss that closures leave room for: 1 unless they are too small for all of it.
+
+    Args:
+        squares: of what a fit leaves of each closure's rows, rad², shape (n,).
+        variance: of each row by all its noise, shape (n,).
+        lost: what of it is lost by sampling, shape (n,).
+        freedom: degrees of freedom of the rows together.
+    """
+    if freedom < 1.0 or not lost.any():
+        return 1.0
+    mean = float((squares / variance).sum()) / freedom
+    if 1.0 - exceeded(mean, freedom, EXACT_FREEDOM) >= MIN_SHORT_P:
+        return 1.0
+    rest = variance - lost
+    low, high = 0.0, 1.0
+    while high - low > SHARE_TOLERANCE:
+        share = 0.5 * (low + high)
+        too_small = float((squares / (rest + share * lost)).sum()) > freedom
+        low, high = (share, high) if too_small else (low, share)
+    return low
 
 
 def _white(power: FloatArray, count: IntArray, own: float) -> FloatArray:

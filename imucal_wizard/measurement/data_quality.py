@@ -26,6 +26,7 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_RATE_STEP,
     MAX_REMOVED_GRAVITY,
     MAX_REPEATED_SHARE,
+    MAX_REST_STEPS,
     MAX_REST_VARIATION,
     MAX_STEP_RATIO,
     MAX_UNDITHERED_STEPS,
@@ -82,12 +83,21 @@ def _repeated_samples(readings: Readings) -> str:
     """Warning about samples that repeat the previous one on every axis.
 
     A device that prints too fast does so in motion, too, a few times each. A sensor whose noise is
-    below its step repeats itself for as long as it rests, which is not counted.
+    below its step repeats itself while it rests, and then changes by a single step, which is not
+    counted.
     """
-    same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
-    starts = np.flatnonzero(np.append(True, ~np.logical_and.reduce(same)))
+    together = _together(readings)
+    moves = [np.abs(np.diff(one, axis=0)).max(axis=1) for one in together]
+    starts = np.flatnonzero(np.append(True, np.any([one > 0.0 for one in moves], axis=0)))
     runs = np.diff(np.append(starts, len(readings)))
-    short = runs[runs < GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate]
+    steps = [_smallest_step(one[:_STEPS_FROM]) for one in together]
+    far = np.any(
+        [move > MAX_REST_STEPS * step for move, step in zip(moves, steps, strict=True)], axis=0
+    )
+    counted = np.append(True, far)[starts] & (
+        runs < GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate
+    )
+    short = runs[counted]
     if not len(short):
         return ""
     share = 1.0 - len(short) / float(short.sum())

@@ -226,10 +226,11 @@ def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
     suspect = entry.suspect
     if suspect is None or suspect.trial is None or entry.effect is None:
         return ""
-    sizes = sizes_text(entry.effect, sensor, suspect.trial.size, suspect.trial.standard_error)
+    trial = suspect.trial
+    sizes = sizes_text(entry.effect, sensor, trial.size, trial.standard_error, trial.covariance)
     if len(sizes) <= room or suspect.candidate is None or entry.effect.free:
         return sizes
-    k, trial = suspect.largest, suspect.trial
+    k = suspect.largest
     value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))
     return f"{suspect.candidate.names[k]} {value}"[:room]
 

@@ -5,8 +5,9 @@ import pytest
 
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import StreamSetup, named_columns
-from imucal_wizard.core.readings import FloatArray, Series
-from imucal_wizard.measurement.data_quality import coarse_steps
+from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.measurement.data_quality import check_recording, coarse_steps
 from tests.acquire.streams import at_rest, feed, printed, spoilt, warned
 
 
@@ -50,6 +51,29 @@ def test_repeated_samples_are_noticed() -> None:
     said = warned(spoilt(repeat))
     assert "accelerometer and the gyroscope is repeated 2 times" in said
     assert "of the samples repeat" not in said
+
+
+def _turned(step: float, repeated: bool) -> Readings:
+    """A minute at 100 samples/s with a slow turn every ten seconds and noise of 2.5 mg."""
+    rng, time = np.random.default_rng(3), np.arange(6000) / 100
+    angle = np.floor(time / 10.0) + np.clip(time % 10.0 - 7.0, 0.0, 1.0)
+    force = STANDARD_GRAVITY * np.column_stack([np.cos(angle), np.sin(angle), 0.3 * np.cos(angle)])
+    values = step * np.round((force + rng.normal(0.0, 0.025, force.shape)) / step)
+    if repeated:  # from one to three times each
+        values = np.repeat(values, rng.integers(1, 4, len(values)), axis=0)[: len(time)]
+    return Readings(Series(time, values, "m/s^2"))
+
+
+def test_a_sensor_that_repeats_itself_by_coarse_steps_at_rest_prints_not_too_fast() -> None:
+    """Its noise is below its step: the step is the cause, and is named."""
+    said = " ".join(check_recording(_turned(0.1, repeated=False)))
+    assert "come in steps of 10 mg" in said
+    assert "repeat the one before" not in said
+
+
+@pytest.mark.parametrize("step", [0.001, 0.1])
+def test_a_device_that_prints_too_fast_is_told_so(step: float) -> None:
+    assert "repeat the one before" in " ".join(check_recording(_turned(step, repeated=True)))
 
 
 def test_values_that_never_change_are_noticed() -> None:

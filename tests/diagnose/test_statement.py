@@ -1,5 +1,6 @@
 """What is said of each sensor: the word, the sentences, and the order among the sensors."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -477,7 +478,10 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
     assert said.found[0].term == "cross-product"
     assert "not determined alone" in said.says
-    assert "xyz" in said.says
+    together = re.search(r"xyz \+ yxz \+ zxy ([\d.]+) ± ([\d.]+)", said.says)
+    assert together is not None
+    size, error = map(float, together.groups())
+    assert abs(size - 4.0) < 3.0 * error < 0.6
 
 
 def test_a_method_of_the_papers_does_not_take_the_verdict_of_the_usual_fit() -> None:

@@ -6,8 +6,9 @@ import pytest
 from benchmarks.tremor import HANDS, compared, found
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate import gyroscope
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum
-from imucal_wizard.estimate.sampling_loss import sampling_loss
+from imucal_wizard.estimate.sampling_loss import SamplingLoss, borne_out, sampling_loss
 
 STEP, FINER = 0.01, 32
 NOISE = 1e-8
@@ -120,11 +121,43 @@ def test_a_tremor_at_rest_shows_what_it_aliases_to() -> None:
 
 
 def test_the_report_says_what_to_do() -> None:
-    """At 25 samples/s of a trembling hand, not of a calm one."""
+    """At 25 samples/s of a trembling hand, not of a calm one; the last looks like white noise."""
     rng = np.random.default_rng(3)
-    for hand, expected in ((HANDS[1], True), (HANDS[0], False)):
+    for hand, expected in ((HANDS[1], True), (HANDS[0], False), (HANDS[6], True)):
         warnings = found(hand, 25.0, rng).warnings
         assert any("sample faster or turn more calmly" in one for one in warnings) is expected
+
+
+def test_closures_show_a_smaller_loss_than_the_spectrum_allows(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As with a sensor that averages: the noise figure is the error that it makes."""
+    monkeypatch.setattr(gyroscope, "sampling_loss", lambda *_: SamplingLoss(1e-6, np.zeros(26)))
+    fit = found(HANDS[0], 25.0, np.random.default_rng(4)).fit
+    assert fit is not None
+    assert fit.floor == pytest.approx(fit.rms_held_out, rel=0.3)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
+def test_closures_bear_out_the_share_of_the_loss_that_they_contain(share: float) -> None:
+    """A thousand rows of uneven noise, of which sampling may lose most."""
+    rng = np.random.default_rng(9)
+    rest, lost = rng.uniform(0.5, 1.5, 1000), rng.uniform(5.0, 15.0, 1000)
+    squares = (rest + share * lost) * rng.chisquare(1, 1000)
+    assert borne_out(squares, rest + lost, lost, 1000.0) == pytest.approx(share, abs=0.03)
+
+
+def test_a_misfit_does_not_enlarge_the_loss() -> None:
+    """Rows ten times as large as the noise leave the loss as the spectrum shows it."""
+    lost = np.full(100, 5.0)
+    assert borne_out(np.full(100, 600.0), 1.0 + lost, lost, 88.0) == 1.0
+
+
+def test_closures_that_are_small_by_chance_change_nothing() -> None:
+    """In one of a hundred sets the test takes chance for a smaller loss."""
+    rng, lost = np.random.default_rng(10), np.full(60, 5.0)
+    sets = 6.0 * rng.chisquare(1, (300, 60))
+    assert sum(borne_out(one, 1.0 + lost, lost, 60.0) < 1.0 for one in sets) <= 8
 
 
 @pytest.mark.study

@@ -5,6 +5,9 @@ MIN_CHECKED_SAMPLES = 50
 MAX_REPEATED_SHARE = 0.2
 """Share of samples equal to the previous one; above it, the device prints faster than it
 measures."""
+MAX_REST_STEPS = 1.5
+"""Change in steps of the readings, up to which a resting sensor makes it whose noise is below its
+step."""
 MAX_IDLE_VALUES = 5
 """Different values on each axis of a sensor; with more on one of them, the sensor measures."""
 MAX_ZERO_RATE_SHARE = 0.3
