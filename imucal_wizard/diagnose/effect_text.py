@@ -20,6 +20,8 @@ from imucal_wizard.model.lesson import (
 
 MAX_NAMED_PARAMETERS = 3
 """Parameters of one effect that a sentence names."""
+UNDETERMINED = 1e-12
+"""Variance of a sum over those of its terms, below which it is a rounding error of nothing."""
 MIN_EQUAL_PART = 0.8
 """Part of each size in the combination that is known best, over the largest part, from which on
 their plain sum or difference is as good."""
@@ -136,7 +138,11 @@ def _together(
     if not (np.abs(best) >= MIN_EQUAL_PART).all():
         return None
     signs = np.sign(best * best[0])
-    value, error = float(signs @ sizes[unclear]), float(np.sqrt(signs @ shared @ signs))
+    value, variance = float(signs @ sizes[unclear]), float(signs @ shared @ signs)
+    # what the data do not determine at all has no variance here
+    if variance < UNDETERMINED * float(np.trace(shared)):
+        return None
+    error = float(np.sqrt(variance))
     if abs(value) < MIN_SIZE_IN_ERRORS * error:
         return None
     sums = [
