@@ -23,6 +23,9 @@ MAX_NAMED_PARAMETERS = 3
 MIN_EQUAL_PART = 0.8
 """Part of each size in the combination that is known best, over the largest part, from which on
 their plain sum or difference is as good."""
+MAX_ERROR_TOGETHER = 0.5
+"""Standard error of a sum of sizes over the smallest of theirs, up to which only the sum is known;
+independent sizes have a sum that is less certain than each."""
 MIN_UNCERTAINTY_TOLD = 1.4
 """Upper end of the 90 % interval of a size over the size, or the size over its lower end, from
 which on the interval is told: below it, two of three sizes are right within 20 %."""
@@ -112,7 +115,9 @@ def sizes_text(
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
     large = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
     unclear = sorted(k for k in large if certain[k] < MIN_SIZE_IN_ERRORS)
-    together = None if covariance is None else _together(names, sizes, covariance, unclear)
+    together = None
+    if covariance is not None and not effect.gauge:  # a sum that is zero by convention says nothing
+        together = _together(names, sizes, covariance, unclear)
     if together is None and not clear:
         clear = [largest(sizes, errors)]
     parts = [f"{names[k]} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
@@ -127,7 +132,7 @@ def sizes_text(
 def _together(
     names: list[str], sizes: FloatArray, covariance: FloatArray, unclear: list[int]
 ) -> str | None:
-    """The sum or difference of unclear sizes, if it stands out and they have equal parts in it."""
+    """The sum or difference of unclear sizes, if only that is known of them and it stands out."""
     if len(unclear) < 2:
         return None
     shared = covariance[np.ix_(unclear, unclear)]
@@ -137,7 +142,8 @@ def _together(
         return None
     signs = np.sign(best * best[0])
     value, error = float(signs @ sizes[unclear]), float(np.sqrt(signs @ shared @ signs))
-    if abs(value) < MIN_SIZE_IN_ERRORS * error:
+    each = float(np.sqrt(np.diag(shared).min()))
+    if error > MAX_ERROR_TOGETHER * each or abs(value) < MIN_SIZE_IN_ERRORS * error:
         return None
     sums = [
         f"{'+' if sign > 0.0 else '−'} {names[k]}" for sign, k in zip(signs, unclear, strict=True)
