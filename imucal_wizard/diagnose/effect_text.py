@@ -20,11 +20,14 @@ from imucal_wizard.model.lesson import (
 
 MAX_NAMED_PARAMETERS = 3
 """Parameters of one effect that a sentence names."""
-UNDETERMINED = 1e-12
+ROUNDING = 1e-12
 """Variance of a sum over those of its terms, below which it is a rounding error of nothing."""
 MIN_EQUAL_PART = 0.8
 """Part of each size in the combination that is known best, over the largest part, from which on
 their plain sum or difference is as good."""
+MAX_ERROR_TOGETHER = 0.5
+"""Standard error of a sum of sizes over the smallest of theirs, up to which only the sum is known;
+independent sizes have a sum that is less certain than each."""
 MIN_UNCERTAINTY_TOLD = 1.4
 """Upper end of the 90 % interval of a size over the size, or the size over its lower end, from
 which on the interval is told: below it, two of three sizes are right within 20 %."""
@@ -114,7 +117,9 @@ def sizes_text(
     clear = [k for k in order[:MAX_NAMED_PARAMETERS] if certain[k] >= MIN_SIZE_IN_ERRORS]
     large = np.argsort(-np.abs(sizes), kind="stable")[:MAX_NAMED_PARAMETERS]
     unclear = sorted(k for k in large if certain[k] < MIN_SIZE_IN_ERRORS)
-    together = None if covariance is None else _together(names, sizes, covariance, unclear)
+    together = None
+    if covariance is not None and not effect.gauge:  # a sum that is zero by convention says nothing
+        together = _together(names, sizes, covariance, unclear)
     if together is None and not clear:
         clear = [largest(sizes, errors)]
     parts = [f"{names[k]} {plus_minus(float(sizes[k]), float(errors[k]))}" for k in clear]
@@ -129,7 +134,7 @@ def sizes_text(
 def _together(
     names: list[str], sizes: FloatArray, covariance: FloatArray, unclear: list[int]
 ) -> str | None:
-    """The sum or difference of unclear sizes, if it stands out and they have equal parts in it."""
+    """The sum or difference of unclear sizes, if only that is known of them and it stands out."""
     if len(unclear) < 2:
         return None
     shared = covariance[np.ix_(unclear, unclear)]
@@ -140,10 +145,10 @@ def _together(
     signs = np.sign(best * best[0])
     value, variance = float(signs @ sizes[unclear]), float(signs @ shared @ signs)
     # what the data do not determine at all has no variance here
-    if variance < UNDETERMINED * float(np.trace(shared)):
+    if variance < ROUNDING * float(np.trace(shared)):
         return None
-    error = float(np.sqrt(variance))
-    if abs(value) < MIN_SIZE_IN_ERRORS * error:
+    error, each = float(np.sqrt(variance)), float(np.sqrt(np.diag(shared).min()))
+    if error > MAX_ERROR_TOGETHER * each or abs(value) < MIN_SIZE_IN_ERRORS * error:
         return None
     sums = [
         f"{'+' if sign > 0.0 else '−'} {names[k]}" for sign, k in zip(signs, unclear, strict=True)

@@ -57,9 +57,9 @@ NEAR = (0.35, 0.4)
 FALLS = np.linspace(2.0, 8.0, 121)
 """Powers p that are tried: a hand's torque is at most white noise, and its rate then falls as
 1/ν²."""
-MIN_SHORT_P = 0.01
+MIN_SHORT_P, KEPT_SHORT_P = 0.01, 0.05
 """Probability of closures as small as these under the loss that the spectrum allows, below which
-the sensor loses less."""
+the sensor loses less, and that under the loss which is then left: the most that they allow."""
 SHARE_TOLERANCE = 1e-6
 """Of the share of the loss that closures bear out, as a variance."""
 TAPERED = 0.05
@@ -132,7 +132,7 @@ def sampling_loss(
 
 
 def borne_out(squares: FloatArray, variance: FloatArray, lost: FloatArray, freedom: float) -> float:
-    """Share of the loss that closures leave room for: 1 unless they are too small for all of it.
+    """Largest share of the loss that closures leave room for: 1 unless they are too small for it.
 
     Args:
         squares: of what a fit leaves of each closure's rows, rad², shape (n,).
@@ -142,15 +142,19 @@ def borne_out(squares: FloatArray, variance: FloatArray, lost: FloatArray, freed
     """
     if freedom < 1.0 or not lost.any():
         return 1.0
-    mean = float((squares / variance).sum()) / freedom
-    if 1.0 - exceeded(mean, freedom, EXACT_FREEDOM) >= MIN_SHORT_P:
-        return 1.0
     rest = variance - lost
+
+    def chance(share: float) -> float:
+        """Probability of closures as small as these with this share of the loss."""
+        mean = float((squares / (rest + share * lost)).sum()) / freedom
+        return 1.0 - exceeded(mean, freedom, EXACT_FREEDOM)
+
+    if chance(1.0) >= MIN_SHORT_P:
+        return 1.0
     low, high = 0.0, 1.0
     while high - low > SHARE_TOLERANCE:
         share = 0.5 * (low + high)
-        too_small = float((squares / (rest + share * lost)).sum()) > freedom
-        low, high = (share, high) if too_small else (low, share)
+        low, high = (share, high) if chance(share) > KEPT_SHORT_P else (low, share)
     return low
 
 

@@ -13,6 +13,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.effect_text import sizes_text
 from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
@@ -29,6 +30,7 @@ from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.model.catalogue import effect
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from imucal_wizard.report.text import errors_text
@@ -482,6 +484,15 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     assert together is not None
     size, error = map(float, together.groups())
     assert abs(size - 4.0) < 3.0 * error < 0.6
+
+
+@pytest.mark.parametrize("name", ["odd-quadratic", "axis-delay"])
+def test_sizes_that_are_known_as_well_alone_are_not_summed(name: str) -> None:
+    """Independent sizes; and sizes whose sum is zero by convention."""
+    covariance = 0.04 * np.eye(3) if name == "odd-quadratic" else 0.04 * (np.eye(3) - 1.0 / 3.0)
+    sizes, errors = np.array([0.9, 0.5, 0.4]), np.sqrt(np.diag(covariance))
+    sensor = "accelerometer" if name == "odd-quadratic" else "gyroscope"
+    assert " + " not in sizes_text(effect(name), sensor, sizes, errors, covariance)
 
 
 def test_a_method_of_the_papers_does_not_take_the_verdict_of_the_usual_fit() -> None:

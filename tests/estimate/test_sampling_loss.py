@@ -140,11 +140,15 @@ def test_closures_show_a_smaller_loss_than_the_spectrum_allows(
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_closures_bear_out_the_share_of_the_loss_that_they_contain(share: float) -> None:
-    """A thousand rows of uneven noise, of which sampling may lose most."""
+    """A thousand rows of uneven noise, of which sampling may lose most; they know it to 5 %.
+
+    It is the most that they allow, by 1.6 standard errors.
+    """
     rng = np.random.default_rng(9)
     rest, lost = rng.uniform(0.5, 1.5, 1000), rng.uniform(5.0, 15.0, 1000)
     squares = (rest + share * lost) * rng.chisquare(1, 1000)
-    assert borne_out(squares, rest + lost, lost, 1000.0) == pytest.approx(share, abs=0.03)
+    most = borne_out(squares, rest + lost, lost, 1000.0)
+    assert share - 0.02 < most < share + 0.1
 
 
 def test_a_misfit_does_not_enlarge_the_loss() -> None:
