@@ -149,7 +149,7 @@ def plural(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def sentence(text: str) -> str:
+def as_sentence(text: str) -> str:
     """The text as a sentence: a capital first, a full stop where it has no other end."""
     return f"{text[:1].upper()}{text[1:]}{'' if text[-1:] in '.?!' else '.'}"
 

@@ -23,7 +23,7 @@ from imucal_wizard.core.poses import (
     POSE_TOLERANCE_DEG,
     angle_between,
 )
-from imucal_wizard.core.quantities import number, quantity, sentence
+from imucal_wizard.core.quantities import as_sentence, number, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.calibrated_sensor import (
@@ -409,5 +409,5 @@ def device_verdict(
             RecheckVerdict.INSUFFICIENT: "this check cannot decide",
         }[verdict]
     )
-    says = " ".join(map(sentence, [advice, *reasons, *notes]))
+    says = " ".join(map(as_sentence, [advice, *reasons, *notes]))
     return Recheck(verdict, seconds, sensors, says)

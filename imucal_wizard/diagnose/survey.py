@@ -51,7 +51,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         added = _try(bench, named)
         if not added:
             # what data held out do not confirm is not missing for certain
-            return replace(found, opinion=unconfirmed(found.opinion))
+            return bench.with_curves(replace(found, opinion=unconfirmed(found.opinion)))
         bench.keep(reasons_of(bench, added, found.opinion))
         said = replace(found, opinion=_proven(found.opinion, added))
     last = bench.look()

@@ -183,11 +183,17 @@ def _in_motion(samples: RotationSamples, rate: FloatArray) -> tuple[FloatArray, 
     for row, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
         if past - first < MIN_SPECTRUM_SAMPLES:
             continue
-        place = np.arange(past - first) / (past - first - 1.0)
-        window = np.minimum(1.0, np.minimum(place, 1.0 - place) / TAPERED)
-        step = median(np.diff(samples.time[first:past])) / float(window @ window)
-        density = step * np.abs(np.fft.rfft(window[:, None] * rate[first:past], axis=0)) ** 2
-        frequency = np.fft.rfftfreq(past - first)
+        steps = np.diff(samples.time[first:past])
+        step = median(steps)
+        # across a gap a straight line, which has hardly any power at these frequencies
+        at = np.append(0.0, np.cumsum(np.maximum(np.rint(steps / step), 1.0)))
+        even = np.arange(at[-1] + 1.0)
+        moved = np.stack([np.interp(even, at, axis) for axis in rate[first:past].T], axis=1)
+        place = even / at[-1]
+        window = np.minimum(1.0, np.minimum(place, 1.0 - place) / TAPERED)[:, None]
+        spectrum = np.abs(np.fft.rfft(window * moved, axis=0)) ** 2
+        density = step / float((window**2).sum()) * spectrum
+        frequency = np.fft.rfftfreq(len(even))
         for number, (low, high) in enumerate((HALF, NEAR, QUARTER)):
             inside = density[(frequency >= low) & (frequency <= high)]
             power[row, number], count[row, number] = inside.sum(), inside.size

@@ -322,6 +322,7 @@ _ONE_SPEED = (
     "Nearly the same error at one speed: {}. Rotations at other speeds separate them; sometimes "
     "more rotations do."
 )
+_ALIKE = {ACCELEROMETER: _ONE_G}
 _ONE_CHANGE = (
     "Nearly the same error during a single slow change: {}. A session with repeated poses, in "
     "which the temperature rises and falls, separates them."
@@ -395,7 +396,7 @@ def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> str:
         for one in others
         if effect.family and one.family == effect.family and one.name not in same
     ]
-    alike = _ONE_G if sensor == ACCELEROMETER else _ONE_SPEED
+    alike = _ALIKE.get(sensor, _ONE_SPEED)
     alike = _ONE_CHANGE if effect.kind == "time" else alike
     found = ((_ALIASES, same), (alike, near))
     return " ".join(words.format(", ".join(names)) for words, names in found if names)

@@ -140,8 +140,8 @@ def test_a_lesson_names_what_looks_like_the_effect(effect: Effect, sensor: str) 
         one.name for one in builtin_effects() if effect.family and one.family == effect.family
     }
     wanted = (family | set(effect.aliases)) & others
-    assert {name for name in others if name in re.split(r"[ ,]+", alike)} == wanted
-    assert ("exactly" in alike) is bool(set(effect.aliases) & others)
+    assert {name for name in others if name in re.split(r"[ ,.:]+", alike)} == wanted
+    assert ("Exactly" in alike) is bool(set(effect.aliases) & others)
 
 
 @each

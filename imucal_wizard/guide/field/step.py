@@ -18,7 +18,7 @@ from imucal_wizard.core.limits.procedure import (
 from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.notices import reworded
 from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between
-from imucal_wizard.core.quantities import sentence
+from imucal_wizard.core.quantities import as_sentence
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field import checks, coverage
@@ -233,7 +233,7 @@ class FieldStage:
         )
         if self._patience.wait(seconds, progress):
             why = self.trouble or self._disturbance.now
-            text = f"No progress for {FIELD_PATIENCE:.0f} s. {sentence(why)}".rstrip()
+            text = f"No progress for {FIELD_PATIENCE:.0f} s. {as_sentence(why)}".rstrip()
             self._context.emit(EventKind.STUCK, reworded(text, why))
 
     def offers(self) -> tuple[Offer, ...]:
