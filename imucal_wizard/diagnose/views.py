@@ -113,7 +113,9 @@ def pictures(said: Diagnosis) -> tuple[ResidualView, ...]:
     bench = said.bench
     if bench is None:
         return ()
-    findings = bench.look()
+    findings = said.findings
+    if findings is None or findings.fit is not bench.fit:  # those of the model before
+        findings = bench.look()
     explained = (suspect_view(findings, one) for one in findings.suspects)
     first = next(iter(findings.suspects), None)
     left = (misfit_curve(findings, view, first) for view in views_of(bench.fit))

@@ -132,7 +132,9 @@ def test_closures_show_a_smaller_loss_than_the_spectrum_allows(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """As with a sensor that averages: the noise figure is the error that it makes."""
-    monkeypatch.setattr(gyroscope, "sampling_loss", lambda *_: SamplingLoss(1e-6, np.zeros(26)))
+    monkeypatch.setattr(
+        gyroscope, "sampling_loss", lambda *_: SamplingLoss(np.full(26, 1e-6), np.zeros(26))
+    )
     fit = found(HANDS[0], 25.0, np.random.default_rng(4)).fit
     assert fit is not None
     assert fit.floor == pytest.approx(fit.rms_held_out, rel=0.3)
