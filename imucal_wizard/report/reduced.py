@@ -178,7 +178,8 @@ def _check(there: bool) -> None:
     if not there:
         raise UsageError(
             "this program holds a smaller model, which must be fitted again, and the calibration "
-            "file has no measurements: an older version wrote it. Fit the recording again and save"
+            "file lacks the measurements: an older version wrote it, or the accelerometer was not "
+            "saved. Fit the recording again and save"
         )
 
 
