@@ -40,9 +40,9 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
-    SIGMA_PER_MEDIAN,
     median,
     median_of_rows,
+    robust_deviation,
     sample_quantile,
     sphere_centre,
 )
@@ -234,7 +234,7 @@ def _angle_lost(
     if len(honest) < MIN_SLOW_MOTIONS:  # the scale itself is not known
         return unit != COUNT and median(short) > 1.0 + MIN_UNKNOWN_SHORTFALL
     usual = median(honest)
-    spread = SIGMA_PER_MEDIAN * median(np.abs(honest - usual)) / usual
+    spread = robust_deviation(honest - usual) / usual
     spread *= np.sqrt(1.0 / len(short) + 1.0 / len(honest))
     return bool(median(short) / usual > 1.0 + max(MIN_SHORTFALL, 5.0 * spread))
 

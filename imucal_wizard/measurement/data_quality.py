@@ -50,6 +50,7 @@ from imucal_wizard.core.statistics import (
 )
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement import clipping
+from imucal_wizard.measurement.field_quality import run_starts
 from imucal_wizard.measurement.unsigned_counts import WORD_BITS
 
 SAME_STEP = 0.01
@@ -84,8 +85,7 @@ def _repeated_samples(readings: Readings) -> str:
     A device that prints too fast does so in motion, too, a few times each. A sensor whose noise is
     below its step repeats itself for as long as it rests, which is not counted.
     """
-    same = [true_on_all_axes(one[1:] == one[:-1]) for one in _together(readings)]
-    starts = np.flatnonzero(np.append(True, ~np.logical_and.reduce(same)))
+    starts = run_starts(*_together(readings))
     runs = np.diff(np.append(starts, len(readings)))
     short = runs[runs < GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate]
     if not len(short):

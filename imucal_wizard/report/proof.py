@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import number, or_nan, quantity
 from imucal_wizard.core.readings import FloatArray
@@ -97,7 +98,7 @@ class Proof:
             self._samples["accelerometer"] = Samples(
                 calibration.means(), where, calibration.means()
             )
-            self._up = _unit(self._own["accelerometer"](self._samples["accelerometer"]))
+            self._up = unit_vectors(self._own["accelerometer"](self._samples["accelerometer"]))
             if calibration.rotation_increments and "gyroscope" in calibration.sensors:
                 self._samples["gyroscope"] = self._turning()
         if calibration.table_means and "gyroscope" in calibration.sensors:
@@ -142,7 +143,7 @@ class Proof:
             found["gyroscope"] = self._table_errors(corrected["gyroscope"])
         elif "gyroscope" in corrected:
             there = frame and "accelerometer" in corrected
-            up = _unit(corrected["accelerometer"]) if there else self._up
+            up = unit_vectors(corrected["accelerometer"]) if there else self._up
             found["gyroscope"] = self._closing(corrected["gyroscope"], up)
         if "magnetometer" in corrected:
             found["magnetometer"] = self._field_errors(corrected["magnetometer"])
@@ -244,10 +245,6 @@ class Proof:
         short = np.array([one.shortened for one in self._calibration.field_means])
         size = np.linalg.norm(corrected, axis=1) + short
         return np.asarray(size - size.mean())
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
 def contradiction(calibration: "Calibration") -> str:
