@@ -160,7 +160,7 @@ class Sensor(msgspec.Struct, frozen=True):
             effects that these poses do not show; None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
-            rest), or None where no pose was repeated.
+            rest), or None where no pose was repeated or the method does not show it.
         repeatability_interval: 90 % interval of ``repeatability``, or None.
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.

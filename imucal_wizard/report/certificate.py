@@ -280,7 +280,7 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
             "Repeatability of a pose",
             f"{quantity(repeats, sensor.repeatability_unit or sensor.unit)} rms"
             if repeats is not None
-            else "not measured: no pose was repeated",
+            else "not measured",
         ),
         ("Method of the fit", f"{sensor.method}; {', '.join(sensor.model)}"),
     ]
