@@ -63,7 +63,7 @@ _STEPS_FROM = 5000
 def check_recording(readings: Readings) -> tuple[str, ...]:
     """All warnings about a whole recording."""
     if len(readings) < MIN_CHECKED_SAMPLES:
-        return (f"there are only {len(readings)} samples",)
+        return (f"there are only {len(readings)} samples; record for longer",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
     found += [missing_samples(readings.accelerometer.time)]

@@ -186,7 +186,9 @@ def read_noise(path: Path) -> dict[str, Any]:
             if len(lengths) != 1 or not all(0.0 <= float(value) < math.inf for value in every):
                 raise ValueError("a deviation for each tau, not negative")
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise RecordingError(f"{path} is damaged or was edited: {error!r}") from error
+        raise RecordingError(
+            f"{path} is damaged or was edited by hand ({error!r}); take the file as it was written"
+        ) from error
     return dict(found)
 
 
