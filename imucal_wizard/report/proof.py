@@ -26,7 +26,7 @@ from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.estimate.gauge import symmetric
 from imucal_wizard.estimate.parameters import base_parameters, unit_of
 from imucal_wizard.estimate.result import beyond_limit
-from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.report.measured import RotationIncrements
 
 if TYPE_CHECKING:  # that module asks for contradictions
@@ -65,10 +65,10 @@ Correction = Callable[[Samples], FloatArray]
 """Readings to corrected ones: m/s², rad/s, µT; shape (n, 3)."""
 
 
-def own(calibration: "Calibration") -> dict[str, Correction]:
-    """The corrections of the calibration itself."""
+def own(calibration: "Calibration", effects: Sequence[Effect] = ()) -> dict[str, Correction]:
+    """The corrections of the calibration itself, which may have effects of the user's own."""
     return {
-        name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where)  # type: ignore[misc] # a default binds the sensor of this turn
+        name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where, effects)  # type: ignore[misc] # a default binds the sensor of this turn
         for name, sensor in calibration.sensors.items()
     }
 
@@ -87,10 +87,11 @@ class Proof:
 
     Args:
         calibration: with its measurements.
+        effects: the user's own that it may have.
     """
 
-    def __init__(self, calibration: "Calibration") -> None:
-        self._calibration, self._own = calibration, own(calibration)
+    def __init__(self, calibration: "Calibration", effects: Sequence[Effect] = ()) -> None:
+        self._calibration, self._own = calibration, own(calibration, effects)
         self._samples: dict[str, Samples] = {}
         if calibration.hold_means and "accelerometer" in calibration.sensors:
             where = calibration.circumstances()
