@@ -37,6 +37,7 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import true_minus, unit_sign, with_unit
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
@@ -71,9 +72,10 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
         column = series.values[:, axis]
         for end in (float(column.max()), float(column.min())):
             if _is_end(column, end, sensor, series.unit, short=short):
+                read = with_unit(true_minus(f"{end:.5g}"), unit_sign(series.unit))
                 return Notice(
-                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
-                    f"{series.unit}); its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
+                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({read}); "
+                    f"its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
                     NoticeKind.CLIPPED,
                     sensor,
                 )
@@ -367,8 +369,9 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
             there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
             count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
+                read = true_minus(f"{end:.5g}")
                 text = (
-                    f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
+                    f"the accelerometer's {AXES[axis]} axis reads {read} without any noise "
                     f"in {count} holds: the end of its range; these readings are wrong: "
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
