@@ -45,7 +45,7 @@ def link_lost_text(port: str, error: BaseException) -> str:
     """Message about a port that was lost while it was read."""
     what = f"{port} is gone: the device was unplugged or switched off. Plug it in again"
     if "://" in port:
-        what = f"The connection to {port} has ended ({error}). Start the server there again"
+        what = f"The connection to {port} has ended ({error}). Check the server and the network"
     return f"{what}; all measurements are kept and reading continues automatically."
 
 
