@@ -50,8 +50,8 @@ def filled(folder: Path) -> Path:
     for name, known in (("a", {"device": "arm"}), ("b", None)):
         about = {"created": 2e9, "source": "port", "step": "poses", "description": known}
         with Session.create(folder / f"{name}.imucal", about) as session:
-            session.write_raw(3.0, b"x")
-            session.write_raw(9.0, b"x")
+            session.write_pieces([(3.0, b"x")])
+            session.write_pieces([(9.0, b"x")])
     return folder
 
 

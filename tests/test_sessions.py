@@ -36,9 +36,9 @@ def _on_disk(path: Path, table: str) -> int:
 def test_bytes_commands_and_settings_come_back_as_they_were_written(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "a.imucal"
     with Session.create(path, {"source": "a device", "setup": {"rate": 100.0}}) as session:
-        session.write_raw(0.25, b"1,2,3\n\x00\xff")
+        session.write_pieces([(0.25, b"1,2,3\n\x00\xff")])
         session.write_command(3, "start")
-        session.write_raw(0.5, b"4,5,6\n")
+        session.write_pieces([(0.5, b"4,5,6\n")])
         session.write_command(9, "goto", "poses")
         session.set_meta("step", "settle")
     with Session.open(path) as session:
@@ -56,9 +56,9 @@ def test_bytes_commands_and_settings_come_back_as_they_were_written(tmp_path: Pa
 def test_what_is_written_after_opening_again_goes_on_where_it_ended(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     with Session.create(path, {}) as session:
-        session.write_raw(0.0, b"one")
+        session.write_pieces([(0.0, b"one")])
     with Session.open(path) as session:
-        session.write_raw(1.0, b"two")
+        session.write_pieces([(1.0, b"two")])
         assert [data for _, _, data in session.raw()] == [b"one", b"two"]
 
 
@@ -70,7 +70,7 @@ session = Session.create(Path(sys.argv[1]), {})
 number = 0
 while True:
     number += 1
-    session.write_raw(number / 100, b"line %d\\n" % number)
+    session.write_pieces([(number / 100, b"line %d\\n" % number)])
     if number % 1000 == 0:
         session.commit()
         print(number, flush=True)
@@ -90,7 +90,7 @@ def test_a_session_survives_the_sudden_death_of_its_program(tmp_path: Path) -> N
         pieces = [data for _, _, data in session.raw()]
         assert pieces == [b"line %d\n" % number for number in range(1, len(pieces) + 1)]
         assert len(pieces) >= 100
-        session.write_raw(session.last_arrival or 0.0, b"goes on")
+        session.write_pieces([(session.last_arrival or 0.0, b"goes on")])
 
 
 def _committed(path: Path) -> int:
@@ -127,10 +127,10 @@ def test_a_session_that_is_removed_while_it_is_written_is_told_and_can_be_copied
 ) -> None:
     path, other = tmp_path / "a.imucal", tmp_path / "b.imucal"
     session = Session.create(path, {})
-    session.write_raw(0.25, b"1,2,3\n")
+    session.write_pieces([(0.25, b"1,2,3\n")])
     session.commit()
     path.with_name(path.name + ending).unlink()
-    session.write_raw(0.5, b"4,5,6\n")
+    session.write_pieces([(0.5, b"4,5,6\n")])
     with pytest.raises(SessionError, match="was removed or replaced"):
         session.commit()
     session.roll_back()
@@ -147,13 +147,13 @@ def test_a_commit_leaves_room_for_the_index_of_the_log(tmp_path: Path) -> None:
     path, other = tmp_path / "a.imucal", tmp_path / "b.imucal"
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with Session.create(path, {}) as session:
-        session.write_raw(0.25, b"1,2,3\n")
+        session.write_pieces([(0.25, b"1,2,3\n")])
         session.commit()
-        session.write_raw(0.5, b"4,5,6\n")
+        session.write_pieces([(0.5, b"4,5,6\n")])
         try:
             resource.setrlimit(resource.RLIMIT_FSIZE, (SPARE_BYTES + 20_000, before[1]))
             session.commit()
-            session.write_raw(0.75, b"7,8,9\n")
+            session.write_pieces([(0.75, b"7,8,9\n")])
             resource.setrlimit(resource.RLIMIT_FSIZE, (SPARE_BYTES // 2, before[1]))
             with pytest.raises(SessionError, match="the limit of the size of a file is reached"):
                 session.commit()
@@ -192,7 +192,7 @@ def test_a_session_that_is_read_here_stays_open_for_other_programs(tmp_path: Pat
     """The wizard reads its own session for the fit; another program then looks at the session."""
     path = tmp_path / "a.imucal"
     with Session.create(path, {"source": "x"}) as session:
-        session.write_raw(0.0, b"one")
+        session.write_pieces([(0.0, b"one")])
         session.commit()
         assert is_session(path)
         look = (
@@ -200,7 +200,7 @@ def test_a_session_that_is_read_here_stays_open_for_other_programs(tmp_path: Pat
             "c.execute('SELECT count(*) FROM raw').fetchone(); c.close()"
         )
         subprocess.run([sys.executable, "-c", look, str(path)], check=True)
-        session.write_raw(0.1, b"two")
+        session.write_pieces([(0.1, b"two")])
         session.commit()
     assert _on_disk(path, "raw") == 2
 
@@ -208,7 +208,7 @@ def test_a_session_that_is_read_here_stays_open_for_other_programs(tmp_path: Pat
 def test_a_session_that_is_being_written_can_be_read(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     with Session.create(path, {"source": "x"}) as session:
-        session.write_raw(0.0, b"one")
+        session.write_pieces([(0.0, b"one")])
         session.commit()
         with KeptSession.look(path) as kept:
             assert (kept.last_raw, kept.commands()) == (1, [])
@@ -222,7 +222,7 @@ def test_a_session_in_a_folder_that_cannot_be_written_is_read(
     """Its log would need a file beside it; without rows in the log it can be read as it is."""
     path = tmp_path / "a b%20#?.imucal"
     with Session.create(path, {"source": "x"}) as session:
-        session.write_raw(0.0, b"one")
+        session.write_pieces([(0.0, b"one")])
     monkeypatch.setattr("os.access", lambda *_: False)
     (info,) = listed(tmp_path)
     assert (info.source, info.problem) == ("x", "")

@@ -30,7 +30,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
     """Who writes the session does so in batches; the bench may be opened between two of them."""
     path, looked = tmp_path / "a.imucal", Event()
     with Session.create(path, {}) as session:
-        session.write_raw(0.0, HEADER.encode() + _lines(0, 500))
+        session.write_pieces([(0.0, HEADER.encode() + _lines(0, 500))])
         session.commit()
 
     def read_once(paths: list[Path]) -> Readings:
@@ -41,7 +41,7 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
     def write_the_rest() -> None:
         assert looked.wait(PATIENCE)
         with Session.open(path) as session:
-            session.write_raw(10.0, _lines(500, 1000))
+            session.write_pieces([(10.0, _lines(500, 1000))])
 
     monkeypatch.setattr(stored_readings, "read_files", read_once)
     writer = Thread(target=write_the_rest)
@@ -55,6 +55,6 @@ def test_the_last_samples_are_waited_for_where_they_are_not_written_yet(
 def test_readings_of_other_holds_are_ignored(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     with Session.create(path, {}) as session:
-        session.write_raw(0.0, HEADER.encode() + _lines(0, 500))
+        session.write_pieces([(0.0, HEADER.encode() + _lines(0, 500))])
     other = Hold(1.0, 3.0, np.array([0.0, 9.8, 0.0]), np.eye(3) * 1e-8, None, None, 200)
     assert stored_readings.session_readings(path, [other]) is None

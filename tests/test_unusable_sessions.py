@@ -29,7 +29,7 @@ def _newer(path: Path) -> None:
 def _damaged(path: Path) -> None:
     with Session.create(path, {}) as session:
         for number in range(200):
-            session.write_raw(float(number), b"x" * 1000)
+            session.write_pieces([(float(number), b"x" * 1000)])
     data = path.read_bytes()
     path.write_bytes(data[:4096] + b"\xff" * (len(data) - 4096))
 
@@ -69,8 +69,8 @@ def test_the_list_of_sessions_says_how_far_each_came_and_why_one_cannot_be_read(
     tmp_path: Path,
 ) -> None:
     with Session.create(tmp_path / "old.imucal", {"source": "IMU", "created": 1.0}) as session:
-        session.write_raw(10.0, b"a")
-        session.write_raw(25.0, b"b")
+        session.write_pieces([(10.0, b"a")])
+        session.write_pieces([(25.0, b"b")])
         session.write_findings(Collected((hold(np.array([0.0, 0.0, 9.8]), 0.0),), ()))
         session.set_meta("step", "poses")
     Session.create(tmp_path / "new.imucal", {"created": 2.0, "step": "save"}).close()
@@ -138,8 +138,8 @@ def test_values_of_a_wrong_type_do_not_break_the_list_of_sessions(tmp_path: Path
     path = tmp_path / "a.imucal"
     begin_session(path).close()
     with Session.open(path) as session:
-        session.write_raw(0.5, b"1,2,3\n")
-        session.write_raw(1.0, b"1,2,3\n")
+        session.write_pieces([(0.5, b"1,2,3\n")])
+        session.write_pieces([(1.0, b"1,2,3\n")])
     with sqlite3.connect(path) as connection:
         connection.execute(sql)
     assert len(listed(tmp_path)) == 1

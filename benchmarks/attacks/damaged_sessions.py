@@ -81,7 +81,7 @@ def _session(path: Path) -> tuple[list[tuple[float, bytes]], list[int]]:
     data = printed()
     with Session.open(path) as session:
         for start in range(0, len(data), PIECE_BYTES):
-            session.write_raw(start / 8000.0, data[start : start + PIECE_BYTES])
+            session.write_pieces([(start / 8000.0, data[start : start + PIECE_BYTES])])
     with closing(sqlite3.connect(path)) as connection:
         connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
         pieces = connection.execute("SELECT arrival, data FROM raw WHERE data != x''").fetchall()

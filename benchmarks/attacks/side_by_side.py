@@ -150,7 +150,7 @@ def on_one_session() -> Iterator[str]:
         with Session.open(path) as session:
             before = len(list(session.raw()))
             said = _python(_RESUMES, str(path)).communicate(timeout=PATIENCE)[0]
-            session.write_raw(1e3, b"1,2,3\n")
+            session.write_pieces([(1e3, b"1,2,3\n")])
             session.commit()
         pieces = _pieces(path)
         yield "" if "another imucal-wizard" in said else f"the second on a session says {said!r}"
@@ -192,7 +192,7 @@ from imucal_wizard.sessions import Session
 session, number = Session.create(Path(sys.argv[1]), {"source": "x"}), 0
 while True:
     number += 1
-    session.write_raw(number / 100.0, b"line %d\\n" % number * 40)
+    session.write_pieces([(number / 100.0, b"line %d\\n" % number * 40)])
     if number % 7 == 0:
         session.commit()
     time.sleep(0.0005)
@@ -350,7 +350,7 @@ def umasks() -> Iterator[str]:
             folder, before = Path(place) / "deep" / "sessions", os.umask(mask)
             try:
                 session = Session.create(folder / "a.imucal", {"source": "x"})
-                session.write_raw(1.0, b"x")
+                session.write_pieces([(1.0, b"x")])
                 session.commit()
                 with Catalogue(folder) as catalogue:
                     catalogue.add_recheck({"name": "arm"}, {"schema": "imucal-wizard/recheck/1"})

@@ -18,7 +18,7 @@ _BLOCK_BYTES = 256
 """Bytes after which the stream is judged again."""
 _JUDGED_BYTES = 16 * _BLOCK_BYTES
 """Number of the newest bytes that are judged together."""
-_MAX_UNREADABLE_SHARE = 0.15
+MAX_UNREADABLE_SHARE = 0.15
 """Share of unreadable bytes above which the stream is not text."""
 _READABLE = bytes([*range(32, 127), 9, 10, 13])
 _MAGIC: tuple[tuple[bytes, str], ...] = (
@@ -52,7 +52,7 @@ class GarbageDetector:
         self._block = data[whole:]
 
     def _judge(self) -> None:
-        if unreadable_share(self._seen) > _MAX_UNREADABLE_SHARE:
+        if unreadable_share(self._seen) > MAX_UNREADABLE_SHARE:
             protocol = binary_protocol(self._seen)
             self.problem = (
                 _binary(protocol) if protocol else wrong_speed_text(unreadable_share(self._seen))

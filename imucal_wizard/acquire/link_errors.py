@@ -41,13 +41,12 @@ def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
     return f"{port} cannot be opened: {error}. Check the cable and the name of the port."
 
 
-def link_lost_text(port: str, error: BaseException | None) -> str:
+def link_lost_text(port: str, error: BaseException) -> str:
     """Message about a port that was lost while it was read."""
-    why = f" ({error})" if error is not None and "://" in port else ""
-    return (
-        f"{port} is gone{why}: the device was unplugged or switched off. Plug it in again; "
-        f"all measurements are kept and reading continues automatically."
-    )
+    what = f"{port} is gone: the device was unplugged or switched off. Plug it in again"
+    if "://" in port:
+        what = f"The connection to {port} has ended ({error}). Check the server and the network"
+    return f"{what}; all measurements are kept and reading continues automatically."
 
 
 def _cannot_open_url(url: str, error: BaseException) -> str:

@@ -5,7 +5,12 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 from imucal_wizard.acquire.decode import is_binary
-from imucal_wizard.acquire.detect import BAUDS, unreadable_share, wrong_speed_text
+from imucal_wizard.acquire.detect import (
+    BAUDS,
+    MAX_UNREADABLE_SHARE,
+    unreadable_share,
+    wrong_speed_text,
+)
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.ports import PortInfo, list_ports
 from imucal_wizard.acquire.transport import Transport
@@ -42,14 +47,12 @@ class PortReport:
     garbled: bool = False
 
 
-def listen_to_port(
-    port: PortInfo, baud: int = _USUAL_BAUD, seconds: float = _LISTEN_SECONDS
-) -> PortReport:
+def listen_to_port(port: PortInfo, seconds: float = _LISTEN_SECONDS) -> PortReport:
     """Listen to one port without sending anything; if it sends garbage, try other speeds."""
-    heard = _hear_at(port, baud, seconds)
+    heard = _hear_at(port, _USUAL_BAUD, seconds)
     if not heard.garbled or not port.vid_pid:
         return heard
-    others = [speed for speed in BAUDS if speed != baud][:_MAX_SPEEDS]
+    others = BAUDS[1 : 1 + _MAX_SPEEDS]
     found = (_hear_at(port, speed, seconds / 2) for speed in others)
     return next((other for other in found if other.format), heard)
 
@@ -88,7 +91,7 @@ def _judged(port: PortInfo, baud: int, data: bytes, intake: Intake, seconds: flo
         message = "open, but silent: it sends nothing by itself, or another program has its data."
         return PortReport(port, baud, message=message)
     if not intake.format:
-        garbled = unreadable_share(data) > 0.15
+        garbled = unreadable_share(data) > MAX_UNREADABLE_SHARE
         text = f"text at {baud} baud, no samples known here: {line}"
         message = (
             (intake.problem or wrong_speed_text(unreadable_share(data), baud)) if garbled else text

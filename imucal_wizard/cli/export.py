@@ -5,7 +5,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from imucal_wizard.cli.arguments import STANDARD_OUT, Parser, add_json, add_port, file_to_write
+from imucal_wizard.cli.arguments import (
+    STANDARD_OUT,
+    Parser,
+    add_effects,
+    add_json,
+    add_port,
+    file_to_write,
+    own_effects,
+)
 from imucal_wizard.cli.outcome import answer, spare, write_json
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.input import read_document
@@ -58,6 +66,7 @@ def parser() -> Parser:
     )
     says = "write the calibration to the board on this port, and wait for its echo (adafruit)"
     add_port(made, says)
+    add_effects(made)
     made.add_argument("--list", action="store_true", help="list the targets and what they lose")
     add_json(made)
     return made
@@ -161,4 +170,5 @@ def _settings(arguments: Namespace) -> "ExportSettings":
         noise={} if arguments.noise is None else noise_for_export(read_noise(arguments.noise)),
         slot=arguments.slot,
         counts_per_g=counts,
+        effects=tuple(own_effects(arguments.effects)),
     )

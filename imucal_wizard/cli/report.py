@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import (
     Parser,
+    add_effects,
     add_json,
     add_location,
     add_sessions,
     file_to_write,
     location_given,
+    own_effects,
     sessions_folder,
 )
 from imucal_wizard.cli.outcome import answer, spare, spare_others
@@ -46,6 +48,7 @@ def parser() -> Parser:
         metavar="NOISE.json",
         help="also show the noise that the command noise wrote to this file",
     )
+    add_effects(made)
     add_location(made)
     add_sessions(made)
     add_json(made)
@@ -74,6 +77,7 @@ def run(argv: Sequence[str]) -> int:
         location=where,
         noise=noise,
         history=_history(calibration, sessions_folder(arguments)),
+        effects=own_effects(arguments.effects),
     )
     write_atomically(place, text.encode())
     answer(

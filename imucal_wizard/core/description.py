@@ -74,7 +74,7 @@ class Location:
 
     def __str__(self) -> str:
         """Latitude and height in words."""
-        return f"latitude {true_minus(f'{self.latitude:g}')}°, height {self.height:g} m"
+        return true_minus(f"latitude {self.latitude:g}°, height {self.height:g} m")
 
 
 def _line(text: object) -> str:

@@ -96,11 +96,6 @@ def join_blocks(parts: Sequence[Blocks]) -> Blocks:
     )
 
 
-def _block_size(rate: float, seconds: float = BLOCK_SECONDS) -> int:
-    """Samples in a block at a sampling rate in Hz."""
-    return max(MIN_BLOCK_SAMPLES, round(rate * seconds))
-
-
 def block_moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mean, variance and moment of each piece.
 
@@ -139,10 +134,17 @@ def _moments(pieces: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 class BlockCutter:
-    """Cuts a stream into blocks and keeps the samples of an unfinished one."""
+    """Cuts a stream into blocks and keeps the samples of an unfinished one.
 
-    def __init__(self, rate: float, seconds: float = BLOCK_SECONDS) -> None:
-        self.size = _block_size(rate, seconds)
+    Args:
+        rate: samples per second.
+
+    Attributes:
+        size: samples in each block.
+    """
+
+    def __init__(self, rate: float) -> None:
+        self.size = max(MIN_BLOCK_SAMPLES, round(rate * BLOCK_SECONDS))
         self._interval = 1.0 / rate
         self._rest: Readings | None = None
         self._last_time: float | None = None

@@ -37,12 +37,13 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import true_minus, unit_sign, with_unit
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
-    SIGMA_PER_MEDIAN,
     median,
     median_of_rows,
+    robust_deviation,
     sample_quantile,
     sphere_centre,
 )
@@ -71,9 +72,10 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
         column = series.values[:, axis]
         for end in (float(column.max()), float(column.min())):
             if _is_end(column, end, sensor, series.unit, short=short):
+                read = with_unit(true_minus(f"{end:.5g}"), unit_sign(series.unit))
                 return Notice(
-                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({end:.5g} "
-                    f"{series.unit}); its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
+                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({read}); "
+                    f"its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
                     NoticeKind.CLIPPED,
                     sensor,
                 )
@@ -234,7 +236,7 @@ def _angle_lost(
     if len(honest) < MIN_SLOW_MOTIONS:  # the scale itself is not known
         return unit != COUNT and median(short) > 1.0 + MIN_UNKNOWN_SHORTFALL
     usual = median(honest)
-    spread = SIGMA_PER_MEDIAN * median(np.abs(honest - usual)) / usual
+    spread = robust_deviation(honest - usual) / usual
     spread *= np.sqrt(1.0 / len(short) + 1.0 / len(honest))
     return bool(median(short) / usual > 1.0 + max(MIN_SHORTFALL, 5.0 * spread))
 
@@ -367,8 +369,9 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
             there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
             count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
+                read = true_minus(f"{end:.5g}")
                 text = (
-                    f"the accelerometer's {AXES[axis]} axis reads {end:.5g} without any noise "
+                    f"the accelerometer's {AXES[axis]} axis reads {read} without any noise "
                     f"in {count} holds: the end of its range; these readings are wrong: "
                     f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )

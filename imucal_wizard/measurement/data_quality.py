@@ -51,6 +51,7 @@ from imucal_wizard.core.statistics import (
 )
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement import clipping
+from imucal_wizard.measurement.field_quality import run_starts
 from imucal_wizard.measurement.unsigned_counts import WORD_BITS
 
 SAME_STEP = 0.01
@@ -63,7 +64,7 @@ _STEPS_FROM = 5000
 def check_recording(readings: Readings) -> tuple[str, ...]:
     """All warnings about a whole recording."""
     if len(readings) < MIN_CHECKED_SAMPLES:
-        return (f"there are only {len(readings)} samples",)
+        return (f"there are only {len(readings)} samples; record for longer",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
     found += [missing_samples(readings.accelerometer.time)]
@@ -88,7 +89,7 @@ def _repeated_samples(readings: Readings) -> str:
     """
     together = _together(readings)
     moves = [np.abs(np.diff(one, axis=0)).max(axis=1) for one in together]
-    starts = np.flatnonzero(np.append(True, np.any([one > 0.0 for one in moves], axis=0)))
+    starts = run_starts(*together)
     runs = np.diff(np.append(starts, len(readings)))
     steps = [_smallest_step(one[:_STEPS_FROM]) for one in together]
     far = np.any(

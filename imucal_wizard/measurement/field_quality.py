@@ -20,7 +20,6 @@ from imucal_wizard.core.readings import (
     distinct,
 )
 from imucal_wizard.core.statistics import (
-    SIGMA_PER_MEDIAN,
     median,
     median_of_rows,
     robust_deviation,
@@ -264,9 +263,9 @@ def _noise(values: FloatArray, without: BoolArray) -> float | None:
     found = []
     for order in DIFFERENCE_ORDERS:
         free = ~np.lib.stride_tricks.sliding_window_view(without, order + 1).any(axis=1)
-        rough = np.abs(np.diff(values, order))[free]
+        rough = np.diff(values, order)[free]
         if len(rough) >= MIN_STUCK_SAMPLES:
-            found.append(SIGMA_PER_MEDIAN * median(rough) / sqrt(comb(2 * order, order)))
+            found.append(robust_deviation(rough) / sqrt(comb(2 * order, order)))
     return min(found, default=None)
 
 

@@ -128,8 +128,7 @@ def join_windows(parts: Sequence[Windows]) -> Windows:
 class WindowMaker:
     """Slides the window over the blocks of a stream; the pieces make no difference."""
 
-    def __init__(self, blocks: int = WINDOW_BLOCKS) -> None:
-        self._length = blocks
+    def __init__(self) -> None:
         self._tail: Blocks | None = None
 
     def feed(self, blocks: Blocks) -> Windows:
@@ -137,11 +136,11 @@ class WindowMaker:
         known = 0 if self._tail is None else len(self._tail)
         both = blocks if self._tail is None else join_blocks([self._tail, blocks])
         windows = self._windows(both)
-        self._tail = both.select(slice(max(len(both) - self._length + 1, 0), len(both)))
+        self._tail = both.select(slice(max(len(both) - WINDOW_BLOCKS + 1, 0), len(both)))
         return windows.select(slice(known, len(windows)))
 
     def _windows(self, blocks: Blocks) -> Windows:
-        count, length = len(blocks), self._length
+        count, length = len(blocks), WINDOW_BLOCKS
         full = np.zeros(count, bool)
         if count >= length:
             gaps = np.cumsum(np.append(False, blocks.gap))

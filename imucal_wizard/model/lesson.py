@@ -239,9 +239,7 @@ class Picture:
     y_label: str
 
 
-def picture(
-    effect: Effect, sensor: str, sizes: FloatArray | None = None, variant: float | None = None
-) -> Picture:
+def picture(effect: Effect, sensor: str, sizes: FloatArray | None = None) -> Picture:
     """The residuals that this effect leaves.
 
     Args:
@@ -250,13 +248,12 @@ def picture(
             axis that the first parameter moves most) or ``magnetometer`` (of the magnitude; where
             that shows nothing, of the component along gravity).
         sizes: in shown units, shape (p,); a consumer part's on the first parameter when not given.
-        variant: one of the effect's variants.
     """
     c = session_of(sensor)
     if sizes is None:
         parameters = effect.parameters(sensor)
         sizes = parameters[0].typical * np.eye(len(parameters))[0]
-    error = effect.error(sensor, c, sizes, variant)
+    error = effect.error(sensor, c, sizes)
     axis = int(np.argmax((error**2).sum(axis=0)))
     y, y_label = _RESIDUALS[sensor](c, error, axis)
     x, x_label = abscissa(effect, sensor, c, _input_axis(effect, sensor, axis))

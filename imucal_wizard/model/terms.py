@@ -34,7 +34,7 @@ class Terms:
     """The effects of one sensor's model side by side: ``ε = Σ columns · sizes``.
 
     Attributes:
-        sensor: ``accelerometer`` or ``gyroscope``.
+        sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
         terms: the effects.
         parameters: all their parameters in order, p of them.
         names: of the parameters, ``second-order_x``; a term that is there twice is numbered.
@@ -57,7 +57,7 @@ class Terms:
         return len(self.parameters)
 
     def columns(self, c: Circumstances) -> FloatArray:
-        """Error of the input per shown unit of each size, m/s² or rad/s, shape (n, 3, p)."""
+        """Error of the input per shown unit of each size, SI or µT, shape (n, 3, p)."""
         return columns_of(self.terms, self.sensor, c)
 
     @property

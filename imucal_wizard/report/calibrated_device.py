@@ -9,6 +9,7 @@ import numpy as np
 from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.gravity import median_magnitude
 from imucal_wizard.core.limits import drift
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE, LIMITS_OF_USE, USUAL_GRADE
 from imucal_wizard.core.poses import (
@@ -387,7 +388,7 @@ class CalibratedDevice:
         means = np.array([hold.accelerometer for hold in measured.holds])
         if known.unit == COUNT:
             means = (means - known.calibration.bias) @ known.calibration.matrix.T
-        size = float(np.median(np.linalg.norm(means, axis=1)))
+        size = median_magnitude(means)
         ratio = self.criteria.gravity / max(size, 1e-9)
         return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > IMPLAUSIBLE_SCALE else ""
 

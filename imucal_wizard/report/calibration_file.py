@@ -160,7 +160,7 @@ class Sensor(msgspec.Struct, frozen=True):
             effects that these poses do not show; None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
-            rest), or None where no pose was repeated.
+            rest), or None where no pose was repeated or the method does not show it.
         repeatability_interval: 90 % interval of ``repeatability``, or None.
         repeatability_unit: of both, or None.
         not_determined: parameters that the data cannot determine.
@@ -412,9 +412,11 @@ class Calibration(msgspec.Struct, frozen=True):
         kept = {name: one for name, one in self.sensors.items() if name not in left_out}
         if not kept:
             raise DataError("; ".join(left_out.values()), settings=("force",))
+        holds = self.hold_means if "accelerometer" in kept else []
+        turned = bool(holds) and "gyroscope" in kept  # a rotation goes from hold to hold
         measured = {
-            "hold_means": self.hold_means if "accelerometer" in kept else [],
-            "rotation_increments": self.rotation_increments if "gyroscope" in kept else [],
+            "hold_means": holds,
+            "rotation_increments": self.rotation_increments if turned else [],
             "table_means": self.table_means if "gyroscope" in kept else [],
             "field_means": self.field_means if "magnetometer" in kept else [],
         }
@@ -490,11 +492,16 @@ def read_calibration(path: Path) -> Calibration:
     try:
         found = msgspec.json.decode(data, type=Calibration)
     except (ValueError, RecursionError) as error:
-        raise RecordingError(f"{path} is damaged: {error}") from error
+        raise RecordingError(
+            f"{path} is damaged: {error}; take the file as it was saved"
+        ) from error
     for name, sensor in found.sensors.items():
         wrong = _wrong(name, sensor)
         if wrong:
-            raise RecordingError(f"{path} is damaged or was edited by hand: the {name}'s {wrong}")
+            raise RecordingError(
+                f"{path} is damaged or was edited by hand: the {name}'s {wrong}; take the file as "
+                "it was saved"
+            )
     if not found.sensors:
         raise RecordingError(f"{path} holds no sensor; take another calibration")
     wrong = wrong_measurements(

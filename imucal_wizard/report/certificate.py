@@ -8,7 +8,7 @@ made again years later. The prose stands in the template beside this file.
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +31,7 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.distributions import quantile
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.calibration_file import Calibration, SavedRung, Sensor, Value
 from imucal_wizard.report.certificate_history import item_history
 from imucal_wizard.report.figures import Figure, allan_figure, residual_figure
@@ -64,6 +65,7 @@ def certificate(
     location: Location | None = None,
     noise: Mapping[str, Any] | None = None,
     history: DeviceHistory | None = None,
+    effects: Sequence[Effect] = (),
 ) -> str:
     """The report as HTML.
 
@@ -74,6 +76,7 @@ def certificate(
         location: of the measurement, to compare gravity with; the one in the file where left out.
         noise: a document of ``noise``, or None.
         history: of the device, or None.
+        effects: the user's own that the calibration may have.
     """
     from jinja2 import Environment, PackageLoader, StrictUndefined
 
@@ -85,7 +88,7 @@ def certificate(
     )
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     sensors = [_sensor(name, calibration) for name in calibration.sensors]
-    figures = _figures(calibration)
+    figures = _figures(calibration, effects)
     for one in sensors:
         one["figure"] = figures.get(one["name"])
     place = location or _location(calibration)
@@ -280,7 +283,7 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
             "Repeatability of a pose",
             f"{quantity(repeats, sensor.repeatability_unit or sensor.unit)} rms"
             if repeats is not None
-            else "not measured: no pose was repeated",
+            else "not measured",
         ),
         ("Method of the fit", f"{sensor.method}; {', '.join(sensor.model)}"),
     ]
@@ -382,9 +385,10 @@ def _rung_row(one: SavedRung, sensor: Sensor) -> list[str]:
     ]
 
 
-def _figures(calibration: Calibration) -> dict[str, Figure]:
+def _figures(calibration: Calibration, effects: Sequence[Effect]) -> dict[str, Figure]:
     """Errors of what the file has measured, by sensor."""
-    residuals = Proof(calibration).residuals(own(calibration), frame=False)
+    proof = Proof(calibration, effects)
+    residuals = proof.residuals(own(calibration, effects), frame=False)
     holds = calibration.hold_means
     rotations = calibration.rotation_increments
     steps = [one for one in calibration.table_means if one.angle]

@@ -18,7 +18,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.input import read_document
-from imucal_wizard.core.quantities import number, plus_minus, value_and_error
+from imucal_wizard.core.quantities import number, plus_minus, unit_sign, value_and_error
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass, fields_of
 from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS
@@ -353,8 +353,8 @@ def difference_table(
             total += one.p is not None
             odd = one.p is not None and one.p < SIGNIFICANT
             marked += odd
-            unit = "" if one.unit in ("", "1") else f" [{one.unit}]"
-            label = f"{'▸' if odd else ' '} {name}{unit}"
+            sign = unit_sign(one.unit)
+            label = f"{'▸' if odd else ' '} {name}{f' [{sign}]' if sign else ''}"
             table.append((label, *(_many(one) if many else _two(one))))
     widths = fitting_widths(table)
     lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]

@@ -191,5 +191,5 @@ def allan_figure(
         f"{number(float(taus[np.nanargmin(values)]), 2)} s"
         for axis, values in axes.items()
     )
-    text = f"The deviation falls from {number(float(every.max()), 2)} {unit}; least {least}."
+    text = f"The largest deviation is {number(float(every.max()), 2)} {unit}; the least: {least}."
     return _drawn(identity, title, text, parts)

@@ -186,7 +186,9 @@ def read_noise(path: Path) -> dict[str, Any]:
             if len(lengths) != 1 or not all(0.0 <= float(value) < math.inf for value in every):
                 raise ValueError("a deviation for each tau, not negative")
     except (LookupError, TypeError, ValueError, AttributeError) as error:
-        raise RecordingError(f"{path} is damaged or was edited: {error!r}") from error
+        raise RecordingError(
+            f"{path} is damaged or was edited by hand ({error!r}); take the file as it was written"
+        ) from error
     return dict(found)
 
 
@@ -235,17 +237,16 @@ def coefficient_rows(sensor: Mapping[str, Any]) -> list[list[str]]:
     return rows
 
 
-def noise_text(result: NoiseResult, width: int = 80, height: int = 14) -> str:
+def noise_text(result: NoiseResult, width: int) -> str:
     """The result in lines.
 
     Args:
         result: of the recording.
         width: columns of the plots.
-        height: rows of each plot.
     """
     lines = [f"{_time_in_words(result.seconds)} in all"]
     for name, sensor in result.sensors.items():
-        lines += ["", *_sensor_lines(name, sensor, width, height)]
+        lines += ["", *_sensor_lines(name, sensor, width)]
     warm = result.temperature
     if len(warm):
         low, high = warm[:, 1].min(), warm[:, 1].max()
@@ -255,7 +256,7 @@ def noise_text(result: NoiseResult, width: int = 80, height: int = 14) -> str:
                 warm[:, 0],
                 warm[:, 1] - low,
                 width,
-                max(height // 2, 6),
+                TEMPERATURE_ROWS,
                 x_label="time in s",
                 y_text=lambda above: fixed(low + above, 2),
             )
@@ -263,7 +264,7 @@ def noise_text(result: NoiseResult, width: int = 80, height: int = 14) -> str:
     return "\n".join(lines)
 
 
-def _sensor_lines(name: str, sensor: SensorAtRest, width: int, height: int) -> list[str]:
+def _sensor_lines(name: str, sensor: SensorAtRest, width: int) -> list[str]:
     usual = usual_units(sensor.unit)
     head = f"{name.upper()}  {number(1.0 / sensor.period, 4)} samples/s, "
     lines = [head + f"{_time_in_words(sensor.seconds)} at rest"]
@@ -281,7 +282,7 @@ def _sensor_lines(name: str, sensor: SensorAtRest, width: int, height: int) -> l
         factor, unit = getattr(usual, key)
         cells = [_cell(fit.coefficients[key], factor) for fit in sensor.fits]
         lines.append(f"  {title:18}" + "".join(f"{cell:^18}" for cell in cells) + unit)
-    lines += _allan_lines(sensor, width, height)
+    lines += _allan_lines(sensor, width, ALLAN_ROWS)
     return [*lines, *_program_lines(sensor)]
 
 
@@ -324,6 +325,8 @@ def live_noise_text(
     return "\n".join(lines)
 
 
+ALLAN_ROWS, TEMPERATURE_ROWS = 14, 7
+"""Rows of the plots of a finished measurement."""
 LIVE_HEAD_ROWS = 3
 """Rows of a sensor beside its plot, while the measurement goes on."""
 MIN_PLOT_ROWS = 6

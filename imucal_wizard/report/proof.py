@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import number, or_nan, quantity
 from imucal_wizard.core.readings import FloatArray
@@ -25,7 +26,7 @@ from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.estimate.gauge import symmetric
 from imucal_wizard.estimate.parameters import base_parameters, unit_of
 from imucal_wizard.estimate.result import beyond_limit
-from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.effect import Circumstances, Effect
 from imucal_wizard.report.measured import RotationIncrements
 
 if TYPE_CHECKING:  # that module asks for contradictions
@@ -64,10 +65,10 @@ Correction = Callable[[Samples], FloatArray]
 """Readings to corrected ones: m/s², rad/s, µT; shape (n, 3)."""
 
 
-def own(calibration: "Calibration") -> dict[str, Correction]:
-    """The corrections of the calibration itself."""
+def own(calibration: "Calibration", effects: Sequence[Effect] = ()) -> dict[str, Correction]:
+    """The corrections of the calibration itself, which may have effects of the user's own."""
     return {
-        name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where)  # type: ignore[misc] # a default binds the sensor of this turn
+        name: lambda samples, sensor=sensor: sensor.apply(samples.reading, samples.where, effects)  # type: ignore[misc] # a default binds the sensor of this turn
         for name, sensor in calibration.sensors.items()
     }
 
@@ -86,10 +87,11 @@ class Proof:
 
     Args:
         calibration: with its measurements.
+        effects: the user's own that it may have.
     """
 
-    def __init__(self, calibration: "Calibration") -> None:
-        self._calibration, self._own = calibration, own(calibration)
+    def __init__(self, calibration: "Calibration", effects: Sequence[Effect] = ()) -> None:
+        self._calibration, self._own = calibration, own(calibration, effects)
         self._samples: dict[str, Samples] = {}
         if calibration.hold_means and "accelerometer" in calibration.sensors:
             where = calibration.circumstances()
@@ -97,7 +99,7 @@ class Proof:
             self._samples["accelerometer"] = Samples(
                 calibration.means(), where, calibration.means()
             )
-            self._up = _unit(self._own["accelerometer"](self._samples["accelerometer"]))
+            self._up = unit_vectors(self._own["accelerometer"](self._samples["accelerometer"]))
             if calibration.rotation_increments and "gyroscope" in calibration.sensors:
                 self._samples["gyroscope"] = self._turning()
         if calibration.table_means and "gyroscope" in calibration.sensors:
@@ -142,7 +144,7 @@ class Proof:
             found["gyroscope"] = self._table_errors(corrected["gyroscope"])
         elif "gyroscope" in corrected:
             there = frame and "accelerometer" in corrected
-            up = _unit(corrected["accelerometer"]) if there else self._up
+            up = unit_vectors(corrected["accelerometer"]) if there else self._up
             found["gyroscope"] = self._closing(corrected["gyroscope"], up)
         if "magnetometer" in corrected:
             found["magnetometer"] = self._field_errors(corrected["magnetometer"])
@@ -244,10 +246,6 @@ class Proof:
         short = np.array([one.shortened for one in self._calibration.field_means])
         size = np.linalg.norm(corrected, axis=1) + short
         return np.asarray(size - size.mean())
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=1)[:, None])
 
 
 def contradiction(calibration: "Calibration") -> str:

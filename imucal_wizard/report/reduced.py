@@ -5,7 +5,7 @@ with the diagonal of a full matrix. The fit is the one that made the calibration
 rotations and field means in its file.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 import numpy as np
@@ -18,7 +18,7 @@ from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.terms import Term
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor
@@ -56,9 +56,14 @@ class Kept:
 
 
 def reduced(
-    calibration: Calibration, keeps: Mapping[str, Kept]
+    calibration: Calibration, keeps: Mapping[str, Kept], effects: Sequence[Effect] = ()
 ) -> tuple[Calibration, list[str], list[str]]:
     """What a program can hold of a calibration.
+
+    Args:
+        calibration: the whole one.
+        keeps: what the program knows of each sensor.
+        effects: the user's own that the calibration may have.
 
     Returns:
         The calibration of it, what of the sensors and effects is lost, and which models were fitted
@@ -75,11 +80,11 @@ def reduced(
             lost.append(f"the {name}")
             continue
         sensors[name] = sensor
-        effects = kept.lost_effects(sensor)
-        without = kept.lost_base(sensor) + effects
-        lost += [f"{term} of the {name}" for term in effects]
+        gone = kept.lost_effects(sensor)
+        without = kept.lost_base(sensor) + gone
+        lost += [f"{term} of the {name}" for term in gone]
         if without:
-            sensors[name] = sensor_record(_fitted_again(calibration, name, kept))
+            sensors[name] = sensor_record(_fitted_again(calibration, name, kept, effects))
             again.append(f"{name}: fitted again without {', '.join(without)}")
     if not sensors:
         wanted = " or ".join(keeps)
@@ -90,31 +95,35 @@ def reduced(
     return msgspec.structs.replace(calibration, sensors=sensors), lost, again
 
 
-def _fitted_again(calibration: Calibration, name: str, kept: Kept) -> SensorFit:
+def _fitted_again(
+    calibration: Calibration, name: str, kept: Kept, effects: Sequence[Effect]
+) -> SensorFit:
     """The fit of a sensor's smaller model."""
     sensor = calibration[name]
     base = [term for term in kept.base if term in sensor.model]
-    return _AGAIN[name](calibration, base, _terms(sensor, kept))
+    terms = [one.known(effects) for one in sensor.effects if kept.takes(one)]
+    return _AGAIN[name](calibration, base, terms, effects)
 
 
-def _terms(sensor: Sensor, kept: Kept) -> list[Term]:
-    return [Term(effect(one.term), one.variant) for one in sensor.effects if kept.takes(one)]
-
-
-def _accelerometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+def _accelerometer(
+    calibration: Calibration, base: list[str], terms: list[Term], effects: Sequence[Effect]
+) -> SensorFit:
+    del effects  # those of it are among its terms
     _check(bool(calibration.hold_means))
     holds = [one.hold() for one in calibration.hold_means]
     unit = calibration["accelerometer"].bias_unit
     return fit(accelerometer_experiment(holds, calibration.gravity.value, unit), terms, base)
 
 
-def _gyroscope(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+def _gyroscope(
+    calibration: Calibration, base: list[str], terms: list[Term], effects: Sequence[Effect]
+) -> SensorFit:
     """Under gravity as the whole model of the accelerometer sees it, or by a rate table alone."""
     if calibration.table_means:
         return _on_table(calibration, base, terms)
     _check(bool(calibration.rotation_increments))
-    every = _terms(calibration["accelerometer"], Kept(takes=lambda _one: True))
-    accelerometer = _accelerometer(calibration, list(BASE), every)
+    every = [one.known(effects) for one in calibration["accelerometer"].effects]
+    accelerometer = _accelerometer(calibration, list(BASE), every, effects)
     holds = [one.hold() for one in calibration.hold_means]
     rotations = [_rotation_of(one, holds) for one in calibration.rotation_increments]
     unit = calibration["gyroscope"].bias_unit
@@ -137,11 +146,13 @@ def _on_table(calibration: Calibration, base: list[str], terms: list[Term]) -> S
     return fit(found.experiment, terms, base)
 
 
-def _magnetometer(calibration: Calibration, base: list[str], terms: list[Term]) -> SensorFit:
+def _magnetometer(
+    calibration: Calibration, base: list[str], terms: list[Term], effects: Sequence[Effect]
+) -> SensorFit:
     """In its own frame; no program corrects some of its effects and others not."""
     from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 
-    del base, terms
+    del base, terms, effects
     _check(bool(calibration.field_means))
     sensor, means = calibration["magnetometer"], calibration.field_means
     series = Series(
@@ -178,7 +189,8 @@ def _check(there: bool) -> None:
     if not there:
         raise UsageError(
             "this program holds a smaller model, which must be fitted again, and the calibration "
-            "file has no measurements: an older version wrote it. Fit the recording again and save"
+            "file lacks the measurements: an older version wrote it, or the accelerometer was not "
+            "saved. Fit the recording again and save"
         )
 
 

@@ -136,7 +136,8 @@ def correction_text(calibration: "Calibration") -> str:
     lines = []
     for name, one in calibration.sensors.items():
         effects = f" − effects ({', '.join(e.term for e in one.effects)})" if one.effects else ""
-        lines.append(f"{name}: corrected = M · (reading − b){effects}; b in {one.bias_unit}")
+        sign = unit_sign(one.bias_unit)
+        lines.append(f"{name}: corrected = M · (reading − b){effects}; b in {sign}")
         lines += [f"  M {'  '.join(f'{value: .9e}' for value in row)}" for row in one.matrix]
         lines.append(f"  b {'  '.join(f'{value: .9e}' for value in one.bias)}")
     return "\n".join(lines)

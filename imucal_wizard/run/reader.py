@@ -320,7 +320,7 @@ class Reader(Runner):
     def _wait_for_return(self, problem: str) -> None:
         """Search for the lost device until it is back or the reader is stopped."""
         self._engine.link(problem)
-        self._engine.emit(EventKind.LINK_LOST, "The connection is lost; plug it in again.")
+        self._engine.emit(EventKind.LINK_LOST, "The connection is lost; all measurements are kept.")
         while not self._stopping.is_set():
             self._engine.journal.check()
             self._publish()

@@ -53,7 +53,7 @@ class SessionReplay:
         self.session = session
         self._known = known
         self._share = 0.0
-        self._damage_noted = False
+        self._damage_noted = self._difference_noted = False
         self.about: dict[str, Any] = session.meta()
         try:
             self._setup = StreamSetup.from_json(self.about["asked"])
@@ -108,10 +108,12 @@ class SessionReplay:
         if isinstance(step, tuple):
             engine.receive_all(step)
             return
-        if step.sample_index != engine.samples:
+        # another version, other statements of the user, or lost pieces
+        if step.sample_index != engine.samples and not self._difference_noted:
+            self._difference_noted = True
             engine.emit(
                 EventKind.WARNING,
-                "this version decodes the session differently: check the measurements",
+                "the session gives other samples than when it was recorded: check the measurements",
             )
         if step.name == DESCRIBE_COMMAND:
             return

@@ -8,12 +8,12 @@ import hashlib
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from datetime import datetime
 from pathlib import Path
 
 import msgspec
 
 from imucal_wizard.acquire.files import is_session
+from imucal_wizard.core.dates import date_text
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.output import encode_json, write_atomically
 from imucal_wizard.diagnose.bench import ModelChange
@@ -91,7 +91,6 @@ class BenchDraft:
         try:
             self._own = b"" if self._path is None else self._path.read_bytes()
             found = msgspec.json.decode(self._own, type=_Draft)
-            when = f"{datetime.fromtimestamp(found.written).astimezone():%d %b %Y, %H:%M}"
             before, lacking = benches.models, []
             for sensor in (one for one in benches.sensors if one in found.models):
                 built, bench = found.models[sensor], benches.bench(sensor)
@@ -106,7 +105,7 @@ class BenchDraft:
         changes = "; ".join(benches.changed(before))
         if lacking:
             changes = f"{changes or 'nothing'}; not restored: {', '.join(lacking)}"
-        return f"{changes} ({when}, in no file)" if changes else ""
+        return f"{changes} ({date_text(found.written)}, in no file)" if changes else ""
 
     def remove(self) -> None:
         """The models are in a file, or given up; what another program has written stays."""

@@ -285,7 +285,9 @@ class Catalogue:
         for number, one in known:
             if (one.name, one.serial) == (device.name, device.serial):
                 return number, one
-        raise UsageError(f"the device {device.name} is no longer in the catalogue")
+        raise UsageError(
+            f"the device {device.name} is no longer in the catalogue; list the devices again"
+        )
 
     def _named(self, device: str, known: list[tuple[int, KnownDevice]]) -> tuple[int, KnownDevice]:
         """The device of this name or serial number."""

@@ -302,17 +302,12 @@ class Session(KeptSession):
         self._connection.execute("PRAGMA synchronous = FULL")
         self._connection.execute("PRAGMA fullfsync = ON")  # macOS: the disk's own buffer as well
 
-    def write_raw(self, arrival: float, data: bytes) -> None:
-        """Write bytes before they are decoded.
+    def write_pieces(self, pieces: Sequence[tuple[float, bytes]]) -> None:
+        """Write pieces of bytes before they are decoded.
 
         Args:
-            arrival: arrival on the session's own monotonic clock, s.
-            data: the bytes.
+            pieces: each with its arrival on the session's own monotonic clock, s.
         """
-        self.write_pieces([(arrival, data)])
-
-    def write_pieces(self, pieces: Sequence[tuple[float, bytes]]) -> None:
-        """Write several pieces of bytes, each with its arrival, s."""
         rows = [(self.last_raw + n, *piece) for n, piece in enumerate(pieces, start=1)]
         with self._explaining():
             self._connection.executemany("INSERT INTO raw VALUES (?, ?, ?)", rows)

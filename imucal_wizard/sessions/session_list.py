@@ -12,7 +12,7 @@ from imucal_wizard.acquire.files import SUFFIX, session_file
 from imucal_wizard.acquire.files.session_file import explain_damage
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import SessionError
-from imucal_wizard.core.output import sanitise, without_control_characters
+from imucal_wizard.core.output import numbered_names, sanitise, without_control_characters
 from imucal_wizard.core.records import dataclass
 
 
@@ -62,11 +62,8 @@ def default_directory() -> Path:
 
 def new_session_path(directory: Path, now: dt.datetime) -> Path:
     """An unused file name for a new session in the folder."""
-    stem = f"{now:%Y-%m-%d_%H%M%S}"
-    path, number = directory / f"{stem}{SUFFIX}", 2
-    while _taken(path):
-        path, number = directory / f"{stem}-{number}{SUFFIX}", number + 1
-    return path
+    names = numbered_names(directory / f"{now:%Y-%m-%d_%H%M%S}{SUFFIX}")
+    return next(path for path in names if not _taken(path))
 
 
 def _taken(path: Path) -> bool:

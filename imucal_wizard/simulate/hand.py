@@ -109,20 +109,20 @@ class VirtualHand:
         """Whether the device is held in the hand."""
         return self._mover.trembling
 
-    def turn(self, axis: str, degrees: float, *, fastest: float | None = None) -> None:
+    def turn(self, axis: str, degrees: float) -> None:
         """Rotate about a body axis next; waiting rotations about the same axis are joined.
 
         Raises:
             UsageError: the axis is not x, y or z, or the angle is impossible.
         """
-        check_action(Rotate(axis, degrees, fastest))
+        check_action(Rotate(axis, degrees))
         with self._lock:
             self.following = False
             last = self._queue[-1] if self._queue else None
-            if isinstance(last, Rotate) and (last.axis, last.fastest) == (axis, fastest):
+            if isinstance(last, Rotate) and (last.axis, last.fastest) == (axis, None):
                 self._queue.pop()
                 degrees += last.degrees
-            self._queue.append(Rotate(axis, degrees, fastest))
+            self._queue.append(Rotate(axis, degrees))
 
     def snap_to(self, target: str | tuple[float, float, float]) -> None:
         """Bring a pose (``+x-y``) or an up direction on top, with the accuracy of a hand.

@@ -22,10 +22,9 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.simulate import forward
-from imucal_wizard.simulate.sensor import MILLI_G
+from imucal_wizard.simulate.sensor import DEGREE, MILLI_G
 
 _PPM_G = 1e-6 * STANDARD_GRAVITY
-_DEGREE = math.pi / 180.0
 
 
 @dataclass(frozen=True)
@@ -61,26 +60,26 @@ ACCELEROMETER_TERMS: dict[str, HiddenTerm] = {
     "vibration-rectification": HiddenTerm(forward.vibration_rectification, "mg/g²", MILLI_G),
 }
 GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
-    "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", _DEGREE, letters=2),
-    "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", _DEGREE, letters=2),
-    "anisoelastic": HiddenTerm(forward.anisoelastic, "°/s/g²", _DEGREE, letters=3),
-    "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * _DEGREE),
-    "asymmetry": HiddenTerm(forward.asymmetry, "1e-3", 1e-3 * _DEGREE),
-    "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * _DEGREE),
-    "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * _DEGREE, letters=3),
-    "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", _DEGREE),
-    "thermal-lag": HiddenTerm(forward.thermal_lag, "s", 0.01 * _DEGREE),
-    "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * _DEGREE),
-    "scale-step": HiddenTerm(forward.scale_step, "ppm", 1e-6 * _DEGREE),
-    "clock": HiddenTerm(forward.changing_clock, "ppm/min", 1e-6 * _DEGREE),
-    "axis-delay": HiddenTerm(forward.axis_delay, "ms", 1e-3 * _DEGREE),
-    "warm-up": HiddenTerm(forward.warm_up, "°/s", _DEGREE),
-    "bias-drift": HiddenTerm(forward.bias_drift, "°/s/min", _DEGREE),
-    "bias-step": HiddenTerm(forward.bias_step, "°/s", _DEGREE),
-    "earth-rate": HiddenTerm(forward.earth_rate, "°/h", _DEGREE / 3600.0),
+    "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", DEGREE, letters=2),
+    "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", DEGREE, letters=2),
+    "anisoelastic": HiddenTerm(forward.anisoelastic, "°/s/g²", DEGREE, letters=3),
+    "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * DEGREE),
+    "asymmetry": HiddenTerm(forward.asymmetry, "1e-3", 1e-3 * DEGREE),
+    "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * DEGREE),
+    "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * DEGREE, letters=3),
+    "bias-temperature": HiddenTerm(forward.bias_temperature, "°/s/°C", DEGREE),
+    "thermal-lag": HiddenTerm(forward.thermal_lag, "s", 0.01 * DEGREE),
+    "scale-temperature": HiddenTerm(forward.scale_temperature, "ppm/°C", 1e-6 * DEGREE),
+    "scale-step": HiddenTerm(forward.scale_step, "ppm", 1e-6 * DEGREE),
+    "clock": HiddenTerm(forward.changing_clock, "ppm/min", 1e-6 * DEGREE),
+    "axis-delay": HiddenTerm(forward.axis_delay, "ms", 1e-3 * DEGREE),
+    "warm-up": HiddenTerm(forward.warm_up, "°/s", DEGREE),
+    "bias-drift": HiddenTerm(forward.bias_drift, "°/s/min", DEGREE),
+    "bias-step": HiddenTerm(forward.bias_step, "°/s", DEGREE),
+    "earth-rate": HiddenTerm(forward.earth_rate, "°/h", DEGREE / 3600.0),
 }
 MAGNETOMETER_TERMS: dict[str, HiddenTerm] = {
-    "misalignment": HiddenTerm(forward.misalignment, "°", _DEGREE),
+    "misalignment": HiddenTerm(forward.misalignment, "°", DEGREE),
     "bias-temperature": HiddenTerm(forward.bias_temperature, "µT/°C", 1.0),
     "current": HiddenTerm(forward.current, "µT/A", 1.0),
     "bias-drift": HiddenTerm(forward.bias_drift, "µT/min", 1.0),

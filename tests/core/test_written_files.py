@@ -80,7 +80,7 @@ def too_long(path: Path) -> None:
     """A session of 200 kB."""
     session = Session.create(path, {})
     for arrival in range(20):
-        session.write_raw(arrival, bytes(10_000))
+        session.write_pieces([(arrival, bytes(10_000))])
         session.commit()
 
 

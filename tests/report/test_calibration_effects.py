@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.api import load
+from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
@@ -125,6 +126,30 @@ def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace('"term": "second-order"', '"term": "my-own"'))
     with pytest.raises(UsageError, match="my-own"):
         load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
+
+
+OWN_EFFECT = """
+from imucal_wizard.model.effects.second_order import SecondOrder
+
+
+class Mine(SecondOrder):
+    name = "my-own"
+"""
+
+
+def test_report_and_export_take_an_effect_of_the_users_own(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path, own = written(benches, tmp_path / "c.json"), tmp_path / "own.py"
+    path.write_text(path.read_text().replace("second-order", "my-own"))
+    own.write_text(OWN_EFFECT)
+    for command in ("report", "export --to json", "export --to ardupilot"):
+        name, *options = command.split()
+        place = tmp_path / f"{options[-1] if options else name}.out"
+        call = [name, str(path), *options, "-o", str(place)]
+        assert main(call) == 2
+        assert main([*call, "--effects", str(own)]) == 0
+        assert place.exists()
 
 
 def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path: Path) -> None:

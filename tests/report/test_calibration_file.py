@@ -92,6 +92,15 @@ def test_a_file_that_is_no_calibration_is_refused_with_the_reason(
         load(path)
 
 
+def test_what_is_saved_without_an_unusable_accelerometer_reads_back(tmp_path: Path) -> None:
+    made = full()
+    first = made.sensors["accelerometer"]
+    worse = msgspec.structs.replace(first, rms_before=1e-3 * first.rms_fitted)
+    made = msgspec.structs.replace(made, sensors={**made.sensors, "accelerometer": worse})
+    assert list(made.unusable) == ["accelerometer"]
+    assert list(load(made.save(tmp_path / "my.json"))) == ["gyroscope", "magnetometer"]
+
+
 def test_a_place_that_cannot_be_written_says_what_to_do(tmp_path: Path) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("in the way")

@@ -27,6 +27,7 @@ from imucal_wizard.report.calibration_file import (
     Value,
 )
 from imucal_wizard.report.device_history import save_in_history
+from imucal_wizard.report.figures import allan_figure
 from imucal_wizard.sessions.catalogue import Catalogue
 from tests.report.devices import calibration
 from tests.report.test_device_history import shifted
@@ -243,6 +244,19 @@ def test_the_report_needs_nothing_from_outside_and_runs_nothing(tmp_path: Path) 
     assert not re.search(r"url\(|@import", page)
     assert "&lt;script&gt;alert(1)" in page
     assert seen.tags.count("svg") == seen.tags.count("desc") == 3
+
+
+def test_a_repeatability_that_the_method_does_not_show_is_not_measured(tmp_path: Path) -> None:
+    sensor = msgspec.structs.replace(full()["accelerometer"], repeatability=None)
+    page = reported(tmp_path, full(sensors={**full().sensors, "accelerometer": sensor}))
+    assert "not measured" in page
+    assert "no pose was repeated" not in page
+
+
+def test_the_text_of_a_deviation_that_rises_does_not_say_that_it_falls() -> None:
+    taus, deviation = np.array([1.0, 10.0, 100.0]), np.array([1.0, 2.0, 4.0])
+    text = allan_figure("allan", "Allan deviation", taus, {"x": deviation}, "µg").text
+    assert text == "The largest deviation is 4.0 µg; the least: x: 1.0 µg at 1.0 s."
 
 
 def test_a_calibration_without_single_measurements_has_no_figures(tmp_path: Path) -> None:

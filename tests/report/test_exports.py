@@ -517,6 +517,14 @@ def test_a_file_that_corrects_worse_than_none_fails_the_check(
     assert "worse than no calibration" in capsys.readouterr().out
 
 
+def test_a_sampling_rate_that_the_file_does_not_show_is_marked(tmp_path: Path) -> None:
+    path, made = tmp_path / "imu.yaml", calibration()
+    bare = msgspec.structs.replace(made, hold_means=[], rotation_increments=[])
+    for one, unknown in ((bare, True), (made, False)):
+        write_export(one, "kalibr", path)
+        assert ("Hz, not known: set your own" in path.read_text()) is unknown
+
+
 def test_notes_are_about_the_sensors_that_the_calibration_has(tmp_path: Path) -> None:
     """Kalibr refuses a file with the noise of one sensor; a magnetometer shows no gravity."""
     made = calibration()

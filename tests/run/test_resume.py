@@ -168,6 +168,21 @@ def test_a_session_without_its_settings_is_refused(tmp_path: Path) -> None:
         resume_session(path)
 
 
+def test_commands_that_fall_on_other_samples_are_told_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.imucal"
+    begin_session(path, None, settings()).journal.close()
+    with Session.open(path) as session:
+        for index in (5, 7, 9):
+            session.write_command(index, "start")
+    resumed = resume_session(path)
+    resumed.prepare(resumed.engine)
+    texts = [event.text for event in resumed.engine.snapshot().events]
+    assert texts == [
+        "the session gives other samples than when it was recorded: check the measurements"
+    ]
+    resumed.engine.journal.close()
+
+
 def test_what_the_bench_has_asked_for_is_asked_for_again(tmp_path: Path) -> None:
     """Left in the middle of it, the session goes on with the same poses, some of them taken."""
     parts = pieces(recorded(), 3000)

@@ -78,7 +78,7 @@ def test_replay_skips_the_pause_between_two_runs(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     live = sat(path, share=0.1)
     with Session.open(path) as session:
-        session.write_raw((session.last_arrival or 0.0) + 36_000.0, b"")
+        session.write_pieces([((session.last_arrival or 0.0) + 36_000.0, b"")])
     past = SessionReplay(KeptSession.look(path))
     tape, engine = SessionTape(past), past.engine()
     seconds = live.snapshot().status.elapsed + MAX_PAUSE_SECONDS + 5.0

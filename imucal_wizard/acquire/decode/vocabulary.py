@@ -264,7 +264,7 @@ def unit_belongs(channel: str, unit: str) -> bool:
 
 
 def quantity_of(channel: str) -> str | None:
-    """The quantity of ``units.FACTORS`` of a channel; None for counters and unknown channels."""
+    """The quantity of a channel, as ``units.UNIT_FACTORS`` names it; None if it has none."""
     names = {"t": "time", "temp": "temperature", "current": "current", "throttle": "throttle"}
     if channel in names:
         return names[channel]
@@ -273,14 +273,14 @@ def quantity_of(channel: str) -> str | None:
     return None
 
 
-def columns_of_names(names: list[str], file: str = "") -> tuple[Column, ...]:
+def columns_of_names(names: list[str]) -> tuple[Column, ...]:
     """The columns of several names, each channel once.
 
     A first column without a name is the index of a table. If there is no other accelerometer,
     ``linear_acceleration.x`` is one: it is the name of specific force in ROS. (On phones it
     excludes gravity, which the magnitude of gravity shows.)
     """
-    columns = [column_of_name(name, file) for name in names]
+    columns = [column_of_name(name) for name in names]
     if names[:1] == [""]:
         columns[0] = Column("counter", name="column 1")
     if not any(quantity_of(one.channel) == "accelerometer" for one in columns):
@@ -310,7 +310,7 @@ def unique_channels(columns: list[Column]) -> tuple[Column, ...]:
     return tuple(kept)
 
 
-def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | None:
+def header_columns(fields: list[str]) -> tuple[Column, ...] | None:
     """The columns that a line of names declares.
 
     Returns:
@@ -318,7 +318,7 @@ def header_columns(fields: list[str], file: str = "") -> tuple[Column, ...] | No
     """
     if any(re.fullmatch(r"\s*[-+.]?\d.*", field) for field in fields):
         return None
-    columns = columns_of_names(fields, file)
+    columns = columns_of_names(fields)
     channels = {one.channel for one in columns if one.channel}
     axes = any(len(channel) == 2 and quantity_of(channel) for channel in channels)
     return columns if len(channels) >= 2 and axes else None

@@ -1,5 +1,7 @@
 """Limits of the data-quality checks: one set for streams and recordings."""
 
+from imucal_wizard.core.units import STANDARD_GRAVITY
+
 MIN_CHECKED_SAMPLES = 50
 """Fewer samples say nothing about the device."""
 MAX_REPEATED_SHARE = 0.2
@@ -46,7 +48,7 @@ turntable nothing."""
 MIN_PLATEAU_RATIO = 3.0
 """Ratio of the longest plateau at the extreme to the longest elsewhere: coarse readings form
 plateaus in every position of rest."""
-MIN_FORCE_RANGE = 1.7 * 9.80665
+MIN_FORCE_RANGE = 1.7 * STANDARD_GRAVITY
 """m/s²; the smallest common accelerometer range is ±2 g. Two seconds at rest end below it."""
 MIN_RATE_RANGE = 2.0
 """rad/s; the smallest common gyroscope range is ±125 °/s (2.18 rad/s)."""

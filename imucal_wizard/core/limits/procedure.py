@@ -1,5 +1,7 @@
 """Limits of the guided procedure: patience, holds, rotations, poses, the magnetometer's circles."""
 
+from imucal_wizard.core.limits.stillness import BLOCK_SECONDS, WINDOW_BLOCKS
+
 # The preview of a stream
 MAX_PREVIEW_GRAVITY_ERROR = 0.15
 """A deviation of gravity up to 15 % is an error of calibration, not of the unit."""
@@ -45,7 +47,7 @@ MAX_LOOSENED = 16.0
 """Limits of rest are widened to at most this many times their value after the settle step."""
 RECENT_SECONDS = 5.0
 """The limits are widened only if the device has been nearly at rest for this long, s."""
-WINDOW_SECONDS = 0.5
+WINDOW_SECONDS = WINDOW_BLOCKS * BLOCK_SECONDS
 """Length of the window over which stillness is decided, s."""
 
 # Holds and the motions between them

@@ -14,7 +14,7 @@ import numpy as np
 
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import unit_sign
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import MAGNETOMETER, Circumstances
 from imucal_wizard.model.rows.field_magnitude import SHORTEST_FIELD
@@ -98,7 +98,7 @@ class Dip(RowSource):
         unit: of corrected readings.
     """
 
-    hold: "np.ndarray"
+    hold: IntArray
     reading: FloatArray
     up: FloatArray
     doubt: FloatArray

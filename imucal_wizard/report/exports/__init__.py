@@ -17,6 +17,7 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
 from imucal_wizard.core.records import dataclass, fields_of
 from imucal_wizard.core.units import SI_UNIT
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.axes import Axes, named_values
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.proof import Correction, Proof, nominal, own
@@ -39,12 +40,14 @@ class ExportSettings:
         noise: figures of an Allan deviation by sensor: ``white`` and ``random_walk``, SI.
         slot: number of the sensor in the flight controller, from 0.
         counts_per_g: of a flight controller that counts; None for the usual number.
+        effects: the user's own that the calibration may have.
     """
 
     present: bytes | None = None
     noise: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     slot: int = 0
     counts_per_g: float | None = None
+    effects: tuple[Effect, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -210,13 +213,13 @@ def write_export(
         _refuse_counts(target, calibration)
     _check_used(target, settings)
     _check_present(target, settings.present)
-    smaller, lost, again = reduced(calibration, target.keeps)
+    smaller, lost, again = reduced(calibration, target.keeps, settings.effects)
     files = target.write(smaller, settings)
     places = {tail: path.with_name(path.stem + tail) if tail else path for tail in files}
     _spare_others(target, places, settings)
-    proof = Proof(calibration)
+    proof = Proof(calibration, settings.effects)
     before = proof.errors(nominal(calibration), frame=False)
-    full = proof.errors(own(calibration), frame=False)
+    full = proof.errors(own(calibration, settings.effects), frame=False)
     for tail, data in files.items():
         write_atomically(places[tail], data)
     corrections = target.read({tail: at.read_bytes() for tail, at in places.items()}, settings)

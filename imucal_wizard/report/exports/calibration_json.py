@@ -20,9 +20,8 @@ def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:
     Raises:
         ValueError: it is no calibration file.
     """
-    del settings
     try:
-        return own(msgspec.json.decode(files[""], type=Calibration))
+        return own(msgspec.json.decode(files[""], type=Calibration), settings.effects)
     except msgspec.MsgspecError as error:
         raise ValueError(str(error)) from error
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import median
 from imucal_wizard.report.calibration_file import Calibration, Sensor
 from imucal_wizard.report.exports import BACKWARD, ExportSettings, ExportTarget, Files
 from imucal_wizard.report.exports.imucal import is_g_sensitivity, sensitivity_to_g
@@ -42,7 +43,7 @@ def _density(calibration: Calibration, sensor: str, scatter: str) -> float | Non
         return None
     powers = [np.mean(getattr(one, scatter)) * (one.end - one.start) for one in holds]
     gain = np.cbrt(abs(np.linalg.det(calibration[sensor].matrix)))
-    return float(gain * np.sqrt(np.median(powers)))
+    return float(gain * np.sqrt(median(powers)))
 
 
 def _noise(calibration: Calibration, settings: ExportSettings) -> list[str]:
@@ -60,8 +61,8 @@ def _noise(calibration: Calibration, settings: ExportSettings) -> list[str]:
             walk, source = typical, "not measured: a typical consumer part"
         lines.append(f"{sensor}_random_walk: {walk:.9e}  # {walk_unit}, {source}")
     rates = [one.samples / (one.end - one.start) for one in calibration.hold_means if one.samples]
-    rate = float(np.median(rates)) if rates else 100.0
-    return [*lines, f"update_rate: {rate:.6g}  # Hz", "rostopic: /imu0"]
+    rate = f"{median(rates):.6g}  # Hz" if rates else "100  # Hz, not known: set your own"
+    return [*lines, f"update_rate: {rate}", "rostopic: /imu0"]
 
 
 def _matrix(name: str, values: FloatArray) -> list[str]:

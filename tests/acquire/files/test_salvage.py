@@ -45,7 +45,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
         for number in range(1, 601):
             if number % 200 == 0:
                 kept.write_command(number, "start")
-            kept.write_raw(0.5 * number, b"piece %06d\n" % number * (1 + 7 * number % 60))
+            kept.write_pieces([(0.5 * number, b"piece %06d\n" % number * (1 + 7 * number % 60))])
     return path
 
 
@@ -77,7 +77,9 @@ def test_pieces_come_as_one_unless_one_is_missing_empty_garbled_or_late(tmp_path
     with Session.create(path, {"asked": {}, "setup": {}, "settings": {}}) as kept:
         for number in range(1, 3001):
             late = 1.0 * (number > 1500)
-            kept.write_raw(0.01 * number + late, b"" if number == 1200 else b"%08d\n" % number)
+            kept.write_pieces(
+                [(0.01 * number + late, b"" if number == 1200 else b"%08d\n" % number)]
+            )
     with closing(sqlite3.connect(path)) as connection:
         connection.execute("DELETE FROM raw WHERE id = 1800")
         connection.commit()
@@ -119,7 +121,7 @@ def test_pages_of_the_log_that_were_committed_count(session: Path, tmp_path: Pat
     path = tmp_path / "a.imucal"
     with Session.create(tmp_path / "b.imucal", {"asked": {}, "setup": {}, "settings": {}}) as kept:
         for number in range(1, 601):
-            kept.write_raw(float(number), b"piece %06d" % number * 20)
+            kept.write_pieces([(float(number), b"piece %06d" % number * 20)])
         kept.commit()
         data = bytearray((tmp_path / "b.imucal").read_bytes())
         log = (tmp_path / "b.imucal-wal").read_bytes()

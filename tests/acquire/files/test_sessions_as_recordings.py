@@ -22,7 +22,7 @@ def _session(tmp_path: Path, data: bytes, setup: StreamSetup) -> Path:
     path = tmp_path / "a.imucal"
     with Session.create(path, {"setup": setup.to_json()}) as session:
         for number, start in enumerate(range(0, len(data), 300)):
-            session.write_raw(number * 0.03, data[start : start + 300])
+            session.write_pieces([(number * 0.03, data[start : start + 300])])
     return path
 
 
