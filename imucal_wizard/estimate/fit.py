@@ -130,6 +130,11 @@ class Minimum(Generic[E_co]):
         known[self.sizes.stop :] = [name in slow for name in shared_names(self.experiment)]
         return known
 
+    def shared_values(self, names: Sequence[str]) -> FloatArray:
+        """Values of some of the parameters that rows share, by their names."""
+        every = shared_names(self.experiment)
+        return self.calibration.shared[[every.index(name) for name in names]]
+
     @cached_property
     def freedom(self) -> FloatArray:
         """Degrees of freedom that the model leaves of each kind of row, shape (kinds,).

@@ -14,8 +14,11 @@ from benchmarks.hidden_field.recording import Colour
 from benchmarks.hidden_field.scenarios import EFFECTS, Scenario, rows, single
 from benchmarks.hidden_field.sessions import REPEATED
 from benchmarks.hidden_field.trialled import Quiet, quiet, try_out
+from benchmarks.hidden_field.whole import NO_CURRENT, bench_of
 from benchmarks.sizes import Asked, seeds_of, study
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.simulate.hidden import Hidden
 
 pytestmark = pytest.mark.study
 
@@ -78,3 +81,17 @@ def test_a_disturbance_outside_the_catalogue_gets_no_name(name: str) -> None:
     assert not {*RIGHT, "part", "WRONG"} & set(found)
     nameless = ("unexpl", "disturb", "repeat", "complete")
     assert sum(found[word] for word in nameless) == len(SEEDS)
+
+
+def test_an_effect_leaves_the_rotation_between_the_sensors_as_it_is() -> None:
+    """Beside slow errors, which the rows share as they share the rotation: a raw recording."""
+    bench = bench_of(1851000, [Hidden(MAGNETOMETER, "current", 0.03, (1,)), NO_CURRENT])
+    before = {one.name: one.value for one in bench.fit.parameters}
+    bench.add("current")
+    after = {one.name: one for one in bench.fit.parameters}
+    for axis in "xyz":
+        name = f"misalignment_{axis}"
+        assert after[name].value == pytest.approx(before[name], abs=0.01)
+    size = after["current_y"]
+    assert abs(size.value - 0.03) < 4.0 * (size.standard_error or 0.0) < 0.01
+    assert bench.look().opinion.verdict is Verdict.COMPLETE

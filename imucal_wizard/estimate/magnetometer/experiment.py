@@ -34,7 +34,7 @@ from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import MIN_REPEATS_OF_POSES, estimate_slow_errors
 from imucal_wizard.estimate.slow_rests import RestPieces
 from imucal_wizard.model.effect import MAGNETOMETER
-from imucal_wizard.model.rows.dip import Dip
+from imucal_wizard.model.rows.dip import ROTATION, Dip
 from imucal_wizard.model.rows.field_magnitude import FieldMagnitude, FieldRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
@@ -221,8 +221,7 @@ class MagnetometerExperiment(Experiment):
         """
         alignment, data = self._alignment, self.data
         if len(found.terms) and self._poses is not None and alignment is not None:
-            # the shared parameters begin with the dip and the rotation (see ``Dip``)
-            turned = rotation_matrix(found.calibration.shared[1:4]) @ alignment.rotation
+            turned = rotation_matrix(found.shared_values(ROTATION)) @ alignment.rotation
             alignment = replace(alignment, rotation=turned)
         slow = self._estimated(found, self._fitted(found))
         loading = None

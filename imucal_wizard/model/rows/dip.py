@@ -31,6 +31,9 @@ from imucal_wizard.model.rows.source import (
 )
 from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
 
+ROTATION = tuple(f"misalignment_{axis}" for axis in AXES)
+"""Names of the rotation between the sensors, which all rows share."""
+
 
 class DipRows(Rows):
     """Sine of the angle between field and horizon in each pose, in the field's unit."""
@@ -118,8 +121,7 @@ class Dip(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        turned = (f"misalignment_{axis}" for axis in AXES)
-        return ("dip", *turned, *reference_names(self.doubt), *self.slow)
+        return ("dip", *ROTATION, *reference_names(self.doubt), *self.slow)
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
