@@ -120,9 +120,13 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
     return bool(known) and all(known)
 
 
+LOWER = 0.97
+"""An error held out is called lower from this share of the one before on."""
+
+
 def falls(before: float | None, after: float | None) -> bool | None:
-    """Whether an error becomes smaller; None where one of the two is not known."""
-    return None if before is None or after is None else after < before
+    """Whether an error becomes clearly smaller; None where one of the two is not known."""
+    return None if before is None or after is None else after < LOWER * before
 
 
 @dataclass(frozen=True, eq=False)
@@ -592,8 +596,6 @@ def share_not_predicted(now: float, then: float, floor: float | None) -> float:
 
 MIN_SHARE_UNCHANGED = 0.999
 """Of the present error held out; above it, adding a term has changed nothing."""
-LOWER = 0.97
-"""A predicted error held out is called lower from this share of the present one on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -624,8 +626,7 @@ class Entry:
     @property
     def falls(self) -> bool:
         """Whether the error held out would be clearly lower."""
-        known = self.rms_held_out is not None and self.now is not None
-        return known and (self.rms_held_out or 0.0) < LOWER * (self.now or 0.0)
+        return falls(self.now, self.rms_held_out) is True
 
     @property
     def rises(self) -> bool:

@@ -447,7 +447,7 @@ def _plain(value: float) -> str:
 
 _WARMED = "in a session of 20 minutes in which the temperature rises by 20 °C and falls again"
 _CONDITIONS = {
-    "time": _WARMED,
+    "time": "in a session of 20 minutes",
     "temperature": _WARMED,
     "vibration": f"in a session with vibration of up to {SESSION_SHAKING.max():.1f} g rms",
     "current": f"in a session whose motors draw up to {SESSION_AMPERES.max():.0f} A",

@@ -295,7 +295,7 @@ def refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"
-    return "only the fitted error fell, not the held-out error"
+    return "only the fitted error fell, the held-out error did not clearly fall"
 
 
 def _step_name(ladder: Sequence[Rung], place: int) -> str:

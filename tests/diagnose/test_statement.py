@@ -74,6 +74,9 @@ def test_an_effect_that_leaves_the_error_as_it_is_would_bring_nothing(
     assert said.bench is not None
     now = said.bench.fit.rms_held_out or 0.0
     monkeypatch.setattr(EffectTrial, "rms_held_out", property(lambda _: (1.0 - 1e-6) * now))
+    in_noise = said.bench.fit.held_out_in_noise or 0.0
+    same = property(lambda _: (1.0 - 1e-6) * in_noise)
+    monkeypatch.setattr(EffectTrial, "held_out_in_noise", same)
     text = verdict_text(said)
     assert "would bring" not in text
     assert "would leave the error" in text

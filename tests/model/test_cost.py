@@ -58,7 +58,8 @@ def test_what_the_base_can_explain_costs_nothing() -> None:
 def test_a_cost_is_stated_with_the_conditions_that_it_depends_on_and_no_others() -> None:
     for one in effects_for(ACCELEROMETER):
         text = cost_text(one, ACCELEROMETER)
-        assert ("temperature" in text) == (one.against in ("time", "temperature")), one.name
+        assert ("temperature" in text) == (one.against == "temperature"), one.name
+        assert ("20 minutes" in text) == (one.against in ("time", "temperature")), one.name
         assert ("vibration" in text) == (one.against == "vibration"), one.name
     for one in effects_for(GYROSCOPE):
         assert "a full rotation at 50 to 300 °/s wrong by" in cost_text(one, GYROSCOPE), one.name
