@@ -76,7 +76,7 @@ def _heading(terminal: Terminal) -> str:
     terminal.resize(160, 50)
     terminal.wait_for("after calibration")
     terminal.resize(80, 24)
-    found = re.search(r"after (\S+ ± \S+°)", text)
+    found = re.search(r"after (\S+°, ±\S+°) from", text)
     assert found is not None, text
     terminal.press("h")
     terminal.wait_for("c compare")

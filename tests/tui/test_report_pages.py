@@ -209,9 +209,7 @@ async def test_readings_that_are_no_news_are_called_so(
         await shows(pilot, "▲ the port is lost", "from the calibration")
         source.finished = True
         source.say(RESULT)
-        await shows(
-            pilot, "The recording has ended: this is its last reading", "leaves an error of"
-        )
+        await shows(pilot, "The recording has ended: this is its last reading", "error left is")
 
 
 async def test_the_heading_goes_when_its_step_is_over(turned: Readings, aligned: FitReport) -> None:

@@ -121,8 +121,8 @@ def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[
         return rows
     change, left = np.degrees(heading_summary(report.second_stage.headings))
     if math.isfinite(change):
-        says = f"in the holds: changes by {change:.1f}° rms, which leaves an error of {left:.2f}°"
-        rows += wrapped(says, width, "quiet")
+        says = f"In the holds the heading changes by {change:.1f}° rms; "
+        rows += wrapped(f"{says}the error left is {left:.2f}°.", width, "quiet")
     return rows
 
 
