@@ -11,8 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scipy.stats import beta
-
 PYTHON = sys.executable
 SHARED = Path(
     os.environ.get("IMUCAL_SHARED_DATA", Path(__file__).resolve().parents[2] / "shared" / "data")
@@ -98,6 +96,8 @@ def own_cpu() -> float:
 
 def interval(good: int, of: int) -> tuple[float, float]:
     """95 % interval of a share by Clopper and Pearson, per cent."""
+    from scipy.stats import beta  # its memory would count as that of every process measured
+
     low = 0.0 if good == 0 else float(beta.ppf(0.025, good, of - good + 1))
     high = 1.0 if good == of else float(beta.ppf(0.975, good + 1, of - good))
     return 100.0 * low, 100.0 * high
