@@ -2,7 +2,8 @@
 
 N (20) sessions of each hand from a simulator of its own (``hand_motion``): 18 poses and two turns
 about each axis, in which the direction sways below 1 Hz also in the holds, and the hand trembles at
-8 to 12 Hz. An effect is hidden in some. The table has the error held out and the noise figure
+8 to 12 Hz; one moves it at all frequencies. An effect is hidden in some. The table has the error
+held out and the noise figure
 beside it, rms over the sessions whose holds determine the accelerometer (the program calls the
 others insufficient), the rms error of the biases over their standard errors, and the verdicts.
 """
@@ -36,6 +37,7 @@ class Hand:
     tremor: float
     rate: float = 100.0
     hidden: str = ""
+    restless: float = 0.0
 
 
 HANDS = (
@@ -48,6 +50,8 @@ HANDS = (
     Hand(0.3, 5.0, rate=25.0),
     Hand(0.3, 5.0, rate=400.0),
     *(Hand(0.3, 5.0, hidden=name) for name in SIZES if name),
+    Hand(0.0, 0.0, restless=0.08),
+    Hand(0.0, 0.0, restless=0.2),
 )
 
 
@@ -91,7 +95,9 @@ def session(hand: Hand, seed: int, number: int) -> Session | None:
     """One session of a hand, fitted and judged; None where too few holds leave nothing out."""
     rng = np.random.default_rng([seed, number, HANDS.index(hand)])
     device = Device(rate=hand.rate)
-    motion = placed(device, rng, tremor=hand.tremor, sway=hand.sway, turns=2)
+    motion = placed(
+        device, rng, tremor=hand.tremor, sway=hand.sway, restless=hand.restless, turns=2
+    )
     # the readings without turning and white noise tell the bias, with what it wanders
     state = rng.bit_generator.state
     readings = recorded(with_effect(motion, hand.hidden), device, rng)
@@ -124,7 +130,10 @@ def session(hand: Hand, seed: int, number: int) -> Session | None:
 
 def label(hand: Hand) -> str:
     """Its name in the table."""
-    return f"{hand.sway:.1f}°, {hand.tremor:.0f} mg, {hand.rate:.0f} Hz {hand.hidden}".rstrip()
+    moves = f"{hand.sway:.1f}°, {hand.tremor:.0f} mg"
+    if hand.restless:
+        moves = f"{hand.restless:.2f}° at all frequencies"
+    return f"{moves}, {hand.rate:.0f} Hz {hand.hidden}".rstrip()
 
 
 def row(hand: Hand, sessions: list[Session]) -> str:

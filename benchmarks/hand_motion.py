@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.readings import FloatArray, Readings, Series
@@ -162,6 +163,7 @@ def placed(
     hold: float = 3.0,
     tremor: float = 0.0,
     sway: float = 0.0,
+    restless: float = 0.0,
     settling: float = 0.0,
     speed: float = 120.0,
     turns: int = 0,
@@ -177,6 +179,8 @@ def placed(
         tremor: acceleration of a hand that trembles at 8 to 12 Hz, mg rms, with a turning of
             0.005° for each mg.
         sway: wandering of the direction below 1 Hz, degrees rms.
+        restless: the same by a white acceleration that acts on a damped arm, which no frequency is
+            free of: above 3 Hz its power falls with the fourth power of the frequency.
         settling: what the reading still lacks when a hold begins, mg, dying out in half a second.
         speed: largest rate of a move, °/s.
         turns: full turns about each axis.
@@ -234,6 +238,8 @@ def placed(
     time = np.linspace(0.0, (len(rate) - 1) * dt, len(rate))
     unrest = _band(rng, time, 8.0, 12.0) * np.radians(0.005) * tremor * 2.0 * np.pi * 10.0
     unrest += _band(rng, time, 0.1, 1.0) * np.radians(sway) * 2.0 * np.pi * 0.5
+    if restless:
+        unrest += _restless(rng, dt, len(time), np.radians(restless))
     motion = _moved(time, Attitude.identity(), rate + unrest, 0.02, rng, still)
     force = motion.force + 1e-3 * G * tremor * _band(rng, time, 8.0, 12.0)
     begins = np.flatnonzero(np.diff(still, prepend=1.0) > 0.0)
@@ -255,6 +261,14 @@ def _band(rng: np.random.Generator, time: FloatArray, low: float, high: float) -
     for one, shift in zip(frequency, phase, strict=True):
         waves += np.sin(2.0 * np.pi * one * time[:, None] + shift)
     return np.asarray(waves / 2.0)
+
+
+def _restless(rng: np.random.Generator, dt: float, count: int, size: float) -> FloatArray:
+    """Rates of a direction with this rms that wanders at all frequencies, rad/s, shape (n, 3)."""
+    keeps = np.exp(-2.0 * np.pi * 3.0 * dt)
+    push = rng.standard_normal((count, 3))
+    angle = lfilter([1.0], np.convolve([1.0, -keeps], [1.0, -keeps]), push, axis=0)
+    return np.asarray(size * np.gradient(angle / angle.std(), dt, axis=0))
 
 
 def _moved(

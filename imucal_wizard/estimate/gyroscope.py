@@ -61,6 +61,8 @@ MIN_REST_NOISE = 1e-9
 """The same of a mean at rest, rad/s."""
 NEGLIGIBLE_SHIFT = 1e-4
 """Variance by rounding over that of the mean of all rests, below which rounding is no matter."""
+LEAST_QUIET = 1e-6
+"""Of the upper limit of a sensor's noise, as a variance; it has some."""
 UNSTEADY = 9.0
 """Noise of a closure, as a variance, over that of most, from which on it is worth a word."""
 
@@ -262,20 +264,40 @@ class GyroscopeExperiment(Movable):
         return other
 
     def refined(self, found: Minimum[Experiment]) -> "GyroscopeExperiment":
-        """See ``Experiment``: closures that are too small for the loss show a smaller one."""
-        first, system, whiten = len(self.rest.labels), found.system, found.independent
-        own = slice(first, first + len(self.closure.labels))
-        span = np.diff(self.rotations.spans, axis=1)[:, 0]
-        share = borne_out(
-            whiten.measured(system.residual)[own] ** 2,
-            whiten.diagonal(system.own)[own],
-            np.repeat((self.lost.aliased + self.lost.white) * span, 2),
-            float(found.balance.spare[own].sum()),
-        )
-        if share == 1.0:
+        """See ``Experiment``: closures that are too small show less loss, and a calmer sensor.
+
+        In a hand the spectrum at rest gives no more than an upper limit of the sensor's noise.
+        """
+        if not (self.noise_at_rest.held or self.lost.aliased.any() or self.lost.white.any()):
             return self
+        first, system = len(self.rest.labels), found.system
+        own, part = slice(first, first + len(self.closure.labels)), np.zeros(len(system.own))
+        part[own] = np.repeat(self._variance() - self._with_share(0.0)._variance(), 2)
+        squares, shares = found.independent.combined(system.own, part, system.residual)
+        share = borne_out(squares[own], shares[own], float(found.balance.spare[own].sum()))
+        return self if share == 1.0 else self._with_share(share)
+
+    def _variance(self) -> FloatArray:
+        """Of a component of each closure by noise of the rates and of both directions, (m,)."""
+        one = self.closure
+        uneven = (one.walk.mean(axis=1) - one.walk.min(axis=1)) * np.diff(self.rotations.spans)[
+            :, 0
+        ]
+        return np.asarray(one.noise + uneven + one.tilts[one.holds].sum(axis=1))
+
+    def _with_share(self, share: float) -> "GyroscopeExperiment":
+        """The same with a share of what may be a hand's motion and not the sensor's noise."""
         other = copy(self)
         other.lost = SamplingLoss(share * self.lost.aliased, share * self.lost.white)
+        if self.noise_at_rest.held:
+            quiet = max(share, LEAST_QUIET)
+            other.holds = tuple(
+                one
+                if one.gyroscope_quiet is None
+                else replace(one, gyroscope_quiet=quiet * one.gyroscope_quiet)
+                for one in self.holds
+            )
+            other.resting = [other.holds[k] for k in self._resting]
         return other.moved(self._start, self.free)
 
     def with_rows(

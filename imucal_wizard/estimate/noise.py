@@ -32,6 +32,10 @@ NO_NOISE = 1e-12
 TURNING = 10.0
 """What the gyroscope turns in a hold over what its noise at the quietest frequencies makes, as
 variances, from which on a hand moves it: a bias wanders less in some seconds."""
+INTEGRATED = 2.0 * (1.0 + 1.0 / 4.0) / 2.0 / (4.0 * np.pi**2)
+"""Variance of the mean of the integral of white noise of density one over a second, as the
+covariance of a mean tells it: by two cosines, ``1/ω²`` each, and two sines, ``3/ω²``, of one and
+two cycles."""
 SHRINKING_ROUNDS = 30
 SHRUNK_TO = 1e-4
 """Change of the variance beyond chance, relative, that no longer matters."""
@@ -292,6 +296,7 @@ class Rest:
         per_sample: the same by single samples, whose noise a filter in the sensor may lessen, (3,).
         tilt: variance of each component of the mean direction across gravity without the sway that
             the gyroscope follows, rad², shape (h,); infinite where it follows none.
+        held: a hand holds the device, so that ``per_second`` is that of the quietest frequencies.
     """
 
     mean: FloatArray
@@ -301,6 +306,7 @@ class Rest:
     per_second: FloatArray
     per_sample: FloatArray
     tilt: FloatArray
+    held: bool
 
 
 def rest_of(
@@ -334,6 +340,10 @@ def rest_of(
         swaying = np.isfinite(tilt) | _held(holds)
         if swaying.any():
             density = np.minimum(density, _quiet(holds, density))
+        if np.isfinite(tilt).any():
+            # noise of the rates that were larger would make the directions scatter more
+            most = median((tilt / seconds)[np.isfinite(tilt)]) / INTEGRATED
+            density = density * min(most / max(float((matrix**2 @ density).mean()), 1e-300), 1.0)
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
     common = per_second / seconds[:, None]
@@ -368,7 +378,8 @@ def rest_of(
     end = np.where(carried, np.minimum(noise, end) + 0.5 * end**2, turned * end)
     tilt = np.where(carried, tilt, np.inf)
     mean = own + swayed[:, None]
-    return Rest(mean, moved, end, carried, per_second, (matrix**2) @ np.asarray(per_sample), tilt)
+    per_sample = (matrix**2) @ np.asarray(per_sample)
+    return Rest(mean, moved, end, carried, per_second, per_sample, tilt, bool(swaying.any()))
 
 
 def _quiet(holds: Sequence[Hold], otherwise: FloatArray) -> FloatArray:

@@ -4,6 +4,9 @@ A hand sways below 2 Hz and trembles somewhere between 4 and 12 Hz, each with fa
 the noise of a gyroscope, which is white. So its noise is the power of the bands in which the device
 moves least. A low-pass filter in the sensor lessens the noise above its corner: the fall of the
 power from f/4 to f/2 shows it (f: sampling rate), and bands above the corner do not count.
+
+A hand that moves the device at all frequencies leaves no such band. The noise found is then an
+upper limit, which the directions at rest (``noise.rest_of``) and the closures lower.
 """
 
 import math

@@ -20,8 +20,9 @@ is put down hard, it is a hundred times that of a turn in the air.
 That is an upper limit: a sensor that averages from one sample to the next has white noise like one
 without a filter, and a tremor at rest hides the filter. How well the rotations close only lessens
 it: what is left of closures is noise and misfit, so noise that exceeds all of it (a 1 % test) is
-lost nowhere (``borne_out``). A misfit can delay that, but cannot make the loss larger than the
-spectrum shows.
+lost nowhere (``borne_out``). Where a hand holds the device, the same lessens what the spectrum at
+rest shows of the sensor's own noise. A misfit can delay that, but cannot make the loss larger than
+the spectrum shows.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
@@ -60,6 +61,8 @@ FALLS = np.linspace(2.0, 8.0, 121)
 MIN_SHORT_P, KEPT_SHORT_P = 0.01, 0.05
 """Probability of closures as small as these under the loss that the spectrum allows, below which
 the sensor loses less, and that under the loss which is then left: the most that they allow."""
+NEGLIGIBLE = 1e-3
+"""Share of the variance of closures that is no matter."""
 SHARE_TOLERANCE = 1e-6
 """Of the share of the loss that closures bear out, as a variance."""
 TAPERED = 0.05
@@ -131,22 +134,21 @@ def sampling_loss(
     return SamplingLoss(folded * np.maximum(each - white - own, 0.0), white)
 
 
-def borne_out(squares: FloatArray, variance: FloatArray, lost: FloatArray, freedom: float) -> float:
+def borne_out(independent: FloatArray, shares: FloatArray, freedom: float) -> float:
     """Largest share of the loss that closures leave room for: 1 unless they are too small for it.
 
     Args:
-        squares: of what a fit leaves of each closure's rows, rad², shape (n,).
-        variance: of each row by all its noise, shape (n,).
-        lost: what of it is lost by sampling, shape (n,).
-        freedom: degrees of freedom of the rows together.
+        independent: what a fit leaves of each independent combination of closures over its standard
+            deviation by all noise, squared, shape (n,).
+        shares: which part of the variance of each is lost, shape (n,).
+        freedom: degrees of freedom of all together.
     """
-    if freedom < 1.0 or not lost.any():
+    if freedom < 1.0 or not (shares > NEGLIGIBLE).any():
         return 1.0
-    rest = variance - lost
 
     def chance(share: float) -> float:
         """Probability of closures as small as these with this share of the loss."""
-        mean = float((squares / (rest + share * lost)).sum()) / freedom
+        mean = float((independent / (1.0 - (1.0 - share) * shares)).sum()) / freedom
         return 1.0 - exceeded(mean, freedom, EXACT_FREEDOM)
 
     if chance(1.0) >= MIN_SHORT_P:

@@ -45,6 +45,18 @@ def test_independent_rows_give_the_covariance_back() -> None:
     assert found.weighted(x[some], own, some) == pytest.approx(expected)
 
 
+def test_combinations_stay_independent_with_less_of_a_part() -> None:
+    """The sum of squares is that of the full matrix with any share of the part left."""
+    rng = np.random.default_rng(1)
+    covariance, found, own = _piece(rng)
+    part, measured = rng.uniform(0.1, 0.9, 7), rng.standard_normal(7)
+    squares, shares = found.combined(own, part, found.rows(measured))
+    for left in (1.0, 0.5, 0.0):
+        less = covariance - (1.0 - left) * np.diag(part)
+        whole = measured @ np.linalg.solve(less, measured)
+        assert (squares / (1.0 - (1.0 - left) * shares)).sum() == pytest.approx(whole)
+
+
 def _experiment() -> tuple[Session, GyroscopeExperiment]:
     session = Session(POOR, 3)
     found = fitted(*session.recorded(np.random.default_rng(3)))

@@ -66,6 +66,27 @@ class Decorrelation:
             out[rows] = mixed**2 @ values[rows]
         return out
 
+    def combined(
+        self, values: FloatArray, part: FloatArray, residual: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Combinations of rows that stay independent if a part of their variance is another.
+
+        Args:
+            values: variance x of each independent row, shape (n,).
+            part: of the variance of each measured row, which it shares with no other, shape (n,).
+            residual: of each independent row, shape (n,).
+
+        Returns:
+            Square of each combination over its variance, and which share of that is of the part,
+            shape (n,) each.
+        """
+        squares, shares = residual**2 / values, part / values
+        for rows, mixed, _ in self.pieces:
+            whitened = mixed / np.sqrt(values[rows])
+            shares[rows], turned = np.linalg.eigh((whitened.T * part[rows]) @ whitened)
+            squares[rows] = (turned.T @ (residual[rows] / np.sqrt(values[rows]))) ** 2
+        return squares, np.clip(shares, 0.0, 1.0)
+
     def blocks(self, values: FloatArray, groups: IntArray) -> FloatArray:
         """The parts of ``Q diag(x) Qᵀ`` that belong to groups of rows.
 
