@@ -170,8 +170,7 @@ class GyroscopeExperiment(Movable):
         The closures with the rate noise of the quietest axis; that of each axis follows, (m, 3).
         """
         rest, one = self.noise_at_rest, self.rotations
-        first, last = one.spans.T
-        span = last - first
+        span = one.seconds
         walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost.aliased) * span + self._of_its_own
         closing = rest.end[one.before] + rest.end[one.after] + walked
@@ -189,8 +188,7 @@ class GyroscopeExperiment(Movable):
     def _of_its_own(self) -> FloatArray:
         """Variance of each closure by what only that rotation has: missing samples, noise, (m,)."""
         across = (self.rotations.across_gaps @ (self._start.matrix**2).T).max(axis=1)
-        span = np.diff(self.rotations.spans, axis=1)[:, 0]
-        return np.asarray(across + self.lost.white * span)
+        return np.asarray(across + self.lost.white * self.rotations.seconds)
 
     def _closures(
         self, known: Circumstances, noise: FloatArray, walk: FloatArray
@@ -268,21 +266,26 @@ class GyroscopeExperiment(Movable):
 
         In a hand the spectrum at rest gives no more than an upper limit of the sensor's noise.
         """
-        if not (self.noise_at_rest.held or self.lost.aliased.any() or self.lost.white.any()):
+        unsure = self._unsure()
+        if not unsure.any():
             return self
         first, system = len(self.rest.labels), found.system
         own, part = slice(first, first + len(self.closure.labels)), np.zeros(len(system.own))
-        part[own] = np.repeat(self._variance() - self._with_share(0.0)._variance(), 2)
+        part[own] = np.repeat(unsure, 2)
         squares, shares = found.independent.combined(system.own, part, system.residual)
         share = borne_out(squares[own], shares[own], float(found.balance.spare[own].sum()))
         return self if share == 1.0 else self._with_share(share)
 
+    def _unsure(self) -> FloatArray:
+        """Variance of a component of each closure that the spectra only bound, (m,)."""
+        if self.noise_at_rest.held:
+            return self._variance() - self._with_share(0.0)._variance()
+        return (self.lost.aliased + self.lost.white) * self.rotations.seconds
+
     def _variance(self) -> FloatArray:
         """Of a component of each closure by noise of the rates and of both directions, (m,)."""
         one = self.closure
-        uneven = (one.walk.mean(axis=1) - one.walk.min(axis=1)) * np.diff(self.rotations.spans)[
-            :, 0
-        ]
+        uneven = (one.walk.mean(axis=1) - one.walk.min(axis=1)) * self.rotations.seconds
         return np.asarray(one.noise + uneven + one.tilts[one.holds].sum(axis=1))
 
     def _with_share(self, share: float) -> "GyroscopeExperiment":

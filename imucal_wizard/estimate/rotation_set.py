@@ -67,6 +67,11 @@ class RotationSet:
         offsets = self.samples.offsets
         return self.samples.time[np.column_stack([offsets[:-1], offsets[1:] - 1])]
 
+    @property
+    def seconds(self) -> FloatArray:
+        """How long each takes, s, shape (m,)."""
+        return np.asarray(np.diff(self.spans)[:, 0])
+
     @cached_property
     def across_gaps(self) -> FloatArray:
         """Variance of the integral of each axis by missing samples, reading units² s², (m, 3)."""
