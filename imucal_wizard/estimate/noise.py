@@ -329,21 +329,12 @@ def rest_of(
         bias: b, the unit of the readings.
         reference: up in each hold; without these two no hold is taken to sway.
     """
-    density, seconds = rate_noise(holds), np.array([hold.end - hold.start for hold in holds])
-    density = np.zeros(3) if density is None else density
-    # where most holds read one step, what is left is the rounding of double numbers
-    density = np.where(density < NO_NOISE * density.max(), 0.0, density)
-    tilt = np.full(len(holds), np.inf)
+    seconds, tilt = np.array([hold.end - hold.start for hold in holds]), np.full(len(holds), np.inf)
     swaying = followed = np.zeros(len(holds), np.bool_)
     if bias is not None and reference is not None:
         tilt, followed = _tilt(holds, matrix, bias, reference)
         swaying = np.isfinite(tilt) | _held(holds)
-        if swaying.any():
-            density = np.minimum(density, _quiet(holds, density))
-        if np.isfinite(tilt).any():
-            # noise of the rates that were larger would make the directions scatter more
-            most = median((tilt / seconds)[np.isfinite(tilt)]) / INTEGRATED
-            density = density * min(most / max(float((matrix**2 @ density).mean()), 1e-300), 1.0)
+    density = _common(holds, matrix, tilt, swaying)
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
     common = per_second / seconds[:, None]
@@ -382,10 +373,34 @@ def rest_of(
     return Rest(mean, moved, end, carried, per_second, per_sample, tilt, bool(swaying.any()))
 
 
-def _quiet(holds: Sequence[Hold], otherwise: FloatArray) -> FloatArray:
-    """Variance × time of the gyroscope at its quietest frequencies, reading units² s, (3,)."""
-    known = [h.gyroscope_quiet * (h.end - h.start) for h in holds if h.gyroscope_quiet is not None]
-    return np.asarray(np.mean(known, axis=0)) if known else otherwise
+def _common(
+    holds: Sequence[Hold], matrix: FloatArray, tilt: FloatArray, swaying: BoolArray
+) -> FloatArray:
+    """Variance × time of the gyroscope that all holds have, reading units² s, shape (3,).
+
+    Args:
+        holds: all of them.
+        matrix: M.
+        tilt: see ``_tilt``.
+        swaying: holds in which the device turns, shape (h,).
+    """
+    found = rate_noise(holds)
+    density = np.zeros(3) if found is None else found
+    # where most holds read one step, what is left is the rounding of double numbers
+    density = np.where(density < NO_NOISE * density.max(), 0.0, density)
+    times = np.array([one.end - one.start for one in holds])
+    quiet = [
+        one.gyroscope_quiet * time
+        for one, time in zip(holds, times, strict=True)
+        if one.gyroscope_quiet is not None
+    ]
+    if swaying.any() and quiet:
+        density = np.minimum(density, np.mean(quiet, axis=0))
+    if (followed := np.isfinite(tilt)).any():
+        # more noise of the rates, integrated, would make the directions scatter more
+        most = median((tilt / times)[followed]) / INTEGRATED
+        density = density * min(most / max(float((matrix**2 @ density).mean()), 1e-300), 1.0)
+    return density
 
 
 def _bounded(
