@@ -48,6 +48,12 @@ def test_a_batch_agrees_with_reading_one_by_one_wherever_it_answers(
     assert list(map(repr, together.tolist())) == list(map(repr, alone))
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("separator", [b"\t", b" "])
+def test_empty_lines_are_no_table_and_no_warning(separator: bytes) -> None:
+    assert numbers.number_table(b"\n  \n".replace(b" ", separator), separator, 3) is None
+
+
 @given(
     rows=st.lists(st.lists(sizes, min_size=3, max_size=3), min_size=2, max_size=6),
     place=st.integers(0, 48),

@@ -132,8 +132,8 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
         read one by one. The values are bit-identical to those of ``printed_number``.
     """
     foreign = block.translate(None, _NUMERIC + separator + b"\nnaNA")
-    if foreign or (separator != b"\t" and b"\t" in block):  # a tab may separate, too
-        return None
+    if foreign or block.isspace() or (separator != b"\t" and b"\t" in block):
+        return None  # a tab may separate, too
     if separator == b" ":
         values = _matlab_table(block, columns)
     else:
