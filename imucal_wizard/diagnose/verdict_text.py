@@ -395,6 +395,7 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
 
 
 def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    del bench
     places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
@@ -402,9 +403,6 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     what = "the device moved, or the sensor changed"
-    of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
-    if 0 in diagnosis.disturbed_holds and of_before:
-        what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
     advice = f"Measure {them} again; nothing has been deleted."
     if spans := spans_to_leave_out(diagnosis):
         said = _and([f"{start:.1f} to {end:.1f} s" for start, end in spans])
