@@ -241,6 +241,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
+        none += _together(bench, nearest.term)
     elif opinion.shapeless:
         none = "No effect tested here has the shape of the misfit."
     elif known:
@@ -326,6 +327,24 @@ def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
     return f"{term} ({sizes_text(effect, bench.sensor, *sizes_of(diagnosis, bench, effect))})"
 
 
+def _together(bench: Bench, term: str) -> str:
+    """What to try where an effect of time leaves something; "" where there is no such thing.
+
+    Pairs of one family are not among the explanations: 1 g cannot separate most of them. A warm-up
+    and a temperature that rises and falls are two that a session can separate.
+    """
+    one = next(effect for effect in bench.catalogue if effect.name == term)
+    out = (term, *bench.fit.model)
+    family = [other for other in bench.catalogue if other.family == one.family is not None]
+    others = tuple(other.name for other in family if other.name not in out)
+    if one.kind != "time" or not others:
+        return ""
+    return (
+        f" It may act together with {_or(others)}, which is not tested: add {term} and look at "
+        "what is left."
+    )
+
+
 MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
@@ -350,7 +369,8 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             _with_sizes(diagnosis, bench, nearest.term),
             dependence_text(bench, nearest.term),
         )
-        return [f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."]
+        nearly = f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."
+        return [nearly + _together(bench, nearest.term)]
     return [
         (
             "These data do not show that the difference follows the time or the pose before: the "
