@@ -10,8 +10,6 @@ from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
 
-import numpy as np
-
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
@@ -20,14 +18,24 @@ from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior, explained
-from imucal_wizard.diagnose.profile_likelihood import most_likely_moment, most_likely_setting
+from imucal_wizard.diagnose.profile_likelihood import (
+    most_likely_moment,
+    most_likely_setting,
+    unlikeliness,
+)
 from imucal_wizard.diagnose.random_walk import with_random_walk
 from imucal_wizard.diagnose.referee import Hearing, Referee
 from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals, whitened_rows
 from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import VALLEY, fit, refined_minimum, residual_table
+from imucal_wizard.estimate.fit import (
+    VALLEY,
+    fit,
+    refined_minimum,
+    residual_table,
+    with_effects,
+)
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
@@ -385,7 +393,7 @@ class Bench:
                 continue
             added = [Term(known[one].effect, known[one].variant) for one in names if one in known]
             try:
-                found = fit(self.measured, (*self.fit.terms, *added), self.fit.base)
+                found = self._with_terms(added)
             except DataError:
                 continue
             if len(added) == len(names) and found.reference is not None:
@@ -554,14 +562,44 @@ class Bench:
         settings = effect.variants(self.measured.circumstances)
         if variant is not None or settings == (None,):
             return with_term(Term(effect, variant))
+        if effect.sudden:
+            return self._with_terms((Term(effect, settings[0]),))
         begin = self.likeliest_variant(effect.name) if near is None else near
-        term = Term(effect, begin)
+        return most_likely_setting(with_term, Term(effect, begin), settings)
+
+    def _with_terms(self, added: Sequence[Term]) -> SensorFit:
+        """The fit with more effects; a step takes place at its likeliest moment beside the others.
+
+        That is settled by the rows, and by those of the gyroscope that rest on them.
+        """
+        step = next((one for one in added if one.effect.sudden and one.variant is not None), None)
+        others = [one for one in added if one is not step]
+
+        def with_step(*at: Term) -> SensorFit:
+            return fit(self.measured, (*self.fit.terms, *others, *at), self.fit.base)
+
+        if step is None:
+            return with_step()
+        where, referee = self.measured.circumstances, self.referee and self.referee()
+        moments = [one for one in step.effect.variants(where) if one is not None]
         turning = any(one.moving for one in self.measured.sources)
-        if effect.sudden and begin is not None and turning:
-            times = distinct(self.measured.circumstances.time)
-            place = int(np.clip(np.searchsorted(times, begin), 1, len(times) - 1))
-            return most_likely_moment(with_term, term, (times[place - 1], times[place]))
-        return most_likely_setting(with_term, term, settings)
+
+        def unlikely(found: SensorFit) -> float:
+            if referee is None or found.reference is None:
+                return 0.0
+            return -2.0 * referee.hear(found).log_evidence
+
+        begin = min(moments, key=lambda at: self._unlikely([*others, replace(step, variant=at)]))
+        times = distinct(where.time).tolist() if turning else ()
+        begun = replace(step, variant=begin)
+        return most_likely_moment(with_step, begun, moments, times, unlikely)
+
+    def _unlikely(self, added: Sequence[Term]) -> float:
+        """See ``unlikeliness``, with more effects by one step from the present fit."""
+        found = self.fit.minimum
+        assert found is not None, "a bench's fit has a minimum"  # noqa: S101 (narrows the type)
+        columns = found.independent.rows(self.rows.design_columns(added))
+        return unlikeliness(with_effects(found, added, columns))
 
     def _climb(self, found: SensorFit, added: str | None) -> Rung:
         left = whitened_residuals(found, ())

@@ -52,17 +52,29 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     return _with_doubt(found, tried.fits[best + ASIDE], ASIDE / spread) if spread else found
 
 
-def most_likely_moment(fit: Fit, term: Term, between: tuple[float, float]) -> SensorFit:
-    """The likeliest fit with a moment inside a rotation, which turns on with the rest of it.
+def most_likely_moment(
+    fit: Fit,
+    term: Term,
+    moments: Sequence[float],
+    turning: Sequence[float] = (),
+    reference: Callable[[SensorFit], float] | None = None,
+) -> SensorFit:
+    """The likeliest fit with a step.
 
     Args:
         fit: of the model with this term.
-        term: with a setting between the two times.
-        between: times of the holds before and after the rotation, s.
+        term: with one of the moments to begin at.
+        moments: half way between holds, in order, s.
+        turning: times of the holds, in order, s, where rotations turn on with the rest after the
+            step; the moment inside of one is settled, too.
+        reference: twice the negative logarithm of the likelihood of what rests on the fit.
     """
-    tried = _Tried(lambda at: fit(replace(term, variant=at)))
-    # the golden section comes back to places, up to rounding
-    _narrow(lambda at: tried.unlikely(round(at, 3)), *between, 0.0)
+    tried = _Tried(lambda at: fit(replace(term, variant=at)), reference)
+    _enclosed(tried.unlikely, moments, [*moments].index(term.variant or moments[0]))
+    if len(turning):
+        after = int(np.clip(np.searchsorted(turning, tried.best[0]), 1, len(turning) - 1))
+        # the golden section comes back to places, up to rounding
+        _narrow(lambda at: tried.unlikely(round(at, 3)), turning[after - 1], turning[after], 0.0)
     return tried.best[1]
 
 
@@ -71,13 +83,18 @@ class _Tried:
 
     Args:
         fit: with a setting.
+        reference: see ``most_likely_moment``.
 
     Attributes:
         fits: those that converge, by setting.
     """
 
-    def __init__(self, fit: Callable[[float], SensorFit]) -> None:
-        self._fit = fit
+    def __init__(
+        self,
+        fit: Callable[[float], SensorFit],
+        reference: Callable[[SensorFit], float] | None = None,
+    ) -> None:
+        self._fit, self._reference = fit, reference
         self._unlikely: dict[float, float] = {}
         self._problem: DataError | None = None
         self.fits: dict[float, SensorFit] = {}
@@ -94,6 +111,8 @@ class _Tried:
                 found = self.fits[at].minimum
                 assert found is not None  # noqa: S101 (narrows the type)
                 self._unlikely[at] = unlikeliness(found)
+                if self._reference is not None:
+                    self._unlikely[at] += self._reference(self.fits[at])
         return self._unlikely[at]
 
     @property

@@ -241,6 +241,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
+        none += _together(bench, nearest.term)
     elif opinion.shapeless:
         none = "No effect tested here has the shape of the misfit."
     elif known:
@@ -326,6 +327,24 @@ def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
     return f"{term} ({sizes_text(effect, bench.sensor, *sizes_of(diagnosis, bench, effect))})"
 
 
+def _together(bench: Bench, term: str) -> str:
+    """What to try where an effect of time leaves something; "" where there is no such thing.
+
+    Pairs of one family are not among the explanations: 1 g cannot separate most of them. A warm-up
+    and a temperature that rises and falls are two that a session can separate.
+    """
+    one = next(effect for effect in bench.catalogue if effect.name == term)
+    out = (term, *bench.fit.model)
+    family = [other for other in bench.catalogue if other.family == one.family is not None]
+    others = tuple(other.name for other in family if other.name not in out)
+    if one.kind != "time" or not others:
+        return ""
+    return (
+        f" It may act together with {_or(others)}, which is not tested: add {term} and look at "
+        "what is left."
+    )
+
+
 MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
@@ -350,7 +369,8 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             _with_sizes(diagnosis, bench, nearest.term),
             dependence_text(bench, nearest.term),
         )
-        return [f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."]
+        nearly = f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."
+        return [nearly + _together(bench, nearest.term)]
     return [
         (
             "These data do not show that the difference follows the time or the pose before: the "
@@ -395,6 +415,7 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
 
 
 def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    del bench
     places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
@@ -402,9 +423,6 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     what = "the device moved, or the sensor changed"
-    of_before = [one.name for one in bench.fit.terms if one.effect.against == "previous"]
-    if 0 in diagnosis.disturbed_holds and of_before:
-        what += f"; {of_before[0]} needs the pose before, which is not known of hold 1"
     advice = f"Measure {them} again; nothing has been deleted."
     if spans := spans_to_leave_out(diagnosis):
         said = _and([f"{start:.1f} to {end:.1f} s" for start, end in spans])

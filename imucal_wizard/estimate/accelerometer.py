@@ -261,7 +261,7 @@ class AccelerometerExperiment(Experiment):
             basis = self.identified.basis
             return self.referred(rows.direction, doubt, excess, basis, hidden)
 
-        excess, hidden = found.balance.variance - system.own, rows.hidden()
+        excess, hidden = found.balance.variance - system.own, rows.hidden.max(axis=1)
         known = referred(found.covariance(), excess)
         if not excess.any():
             return known

@@ -86,7 +86,8 @@ class Visits:
         group: direction (and axis) of each row, shape (n,).
         visit: visit (and axis) that each row is a piece of, shape (n,).
         share: of what visits differ by, by how much each row differs, shape (n,): what a place does
-            to the magnitude of a field it does to its dip.
+            to the magnitude of a field it does to its dip, and a bias that is another one in each
+            rest turns a rotation as long as it takes.
     """
 
     repeated: BoolArray
@@ -99,8 +100,7 @@ class Visits:
         """Of the rows of a fit."""
         axes, rest = np.maximum(table.axis, 0), ~table.moving
         repeated = rest & table.repeats_are_noise & (table.pose >= 0)
-        moved = np.where(rest, np.linalg.norm(table.lever, axis=1), 0.0)
-        share = np.where(repeated, 1.0, moved)
+        share = np.where(repeated, 1.0, np.linalg.norm(table.lever, axis=1))
         return cls(repeated, 3 * table.pose + axes, 3 * table.visit + axes, share)
 
     def without(self, rows: BoolArray) -> "Visits":

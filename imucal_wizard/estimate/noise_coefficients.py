@@ -18,7 +18,7 @@ from itertools import combinations
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.measurement.allan_variance import AllanVariance
@@ -28,10 +28,12 @@ _RANDOM = 3
 """Number of random ones, which come first; the ramp is not random."""
 FLAT_SHARE = 2.0 * np.log(2.0) / np.pi
 """Allan variance of flicker noise over B²."""
-MAX_TAU_RATIO = 16.0
-"""Ratio of two τ from which on their Allan variances have hardly any covariance."""
 CORRELATED_TAUS = 3.0
 """Sum of both τ beyond which the correlation of flicker noise no longer matters."""
+NEAR_TAUS = 8.0
+"""Distance from a sharp bend of R, in the shorter τ, up to which every lag counts by itself."""
+LAG_GROWTH = 1.05
+"""Growth of the distance from a bend beyond, at whose scale R is smooth there."""
 MIN_SPANS = 4.0
 """Shortest stretch, in τ, for an Allan variance that is used; below, it is hardly known."""
 MISFIT_P = 0.01
@@ -116,8 +118,6 @@ class AllanTheory:
             for j in range(i, count):
                 if i != j and not (fitted[i] and fitted[j]):
                     continue
-                if taus[j] > MAX_TAU_RATIO * taus[i]:
-                    continue
                 pairs, alone = self._sums(i, j, float(strides[i]))
                 self._pairs[i, j] = self._pairs[j, i] = pairs
                 self._alone[i, j] = self._alone[j, i] = alone
@@ -125,16 +125,18 @@ class AllanTheory:
     def _sums(self, i: int, j: int, step: float) -> tuple[FloatArray, FloatArray]:
         """Means over all pairs of differences of R_k R_l and of R_k, for unit coefficients."""
         one, other = float(self.taus[i]), float(self.taus[j])
-        lags = np.arange(int(CORRELATED_TAUS * (one + other) / step) + 1) * step
+        places = _lags(one / step, other / step)
+        lags = places * step
         shared = np.zeros(len(lags))
         for span in self._spans:
             # centres of differences lie between τ and T − τ
             end = np.minimum(span - one, span - other - lags)
             shared += np.maximum(end - np.maximum(one, other - lags), 0.0)
         widths = [np.maximum(self._spans - 2.0 * tau, 0.0).sum() for tau in (one, other)]
-        both_ways = np.where(lags > 0.0, 2.0, 1.0)
-        weight = both_ways * shared * step / max(widths[0] * widths[1], 1e-300)
-        covariance = _covariances(one, other, np.asarray(lags, np.float64))
+        # each lag stands for those up to the middle of the gaps beside it, on both sides of zero
+        count = np.gradient(places) * np.where(places > 0.0, 2.0, 1.0)
+        weight = count * shared * step / max(widths[0] * widths[1], 1e-300)
+        covariance = _covariances(one, other, lags)
         return (covariance * weight) @ covariance.T, covariance @ weight
 
     def covariance(self, squares: FloatArray) -> FloatArray:
@@ -147,6 +149,24 @@ class AllanTheory:
         found = 2.0 * np.einsum("ijkl,k,l->ij", self._pairs, random, random)
         drift = 0.5 * squares[_RANDOM] * np.multiply.outer(self.taus, self.taus)
         return np.asarray(found + 4.0 * drift * (self._alone @ random))
+
+
+def _lags(one: float, other: float) -> FloatArray:
+    """Lags at which R is evaluated, in strides, increasing from 0.
+
+    R bends sharply at most two of the shorter τ away from 0 and from the longer τ.
+
+    Args:
+        one: the shorter τ, strides.
+        other: the longer τ, strides.
+    """
+    last = CORRELATED_TAUS * (one + other)
+    near = np.arange(min(NEAR_TAUS * one, last) + 1.0)
+    octaves = max(np.log(last / near[-1]), 0.0)
+    far = near[-1] * np.exp(np.arange(0.0, octaves, np.log(LAG_GROWTH)))
+    away = np.concatenate([near, far])
+    places = np.concatenate([away, np.round(other) + away, np.round(other) - away])
+    return distinct(np.round(places[(places >= 0.0) & (places <= last)]))
 
 
 def _covariances(one: float, other: float, lags: FloatArray) -> FloatArray:

@@ -345,6 +345,9 @@ class Effect(ABC):
     def hidden(self, sensor: str, c: Circumstances, sizes: FloatArray) -> FloatArray:
         """Largest error of the corrected input where readings do not show it, 0 elsewhere.
 
+        Nobody knows the pose before the first hold. An effect of it may be as large as in any pose:
+        a component of a direction that may be any is as likely at every value up to 1 g.
+
         Args:
             sensor: whose effect it is.
             c: n rows with the input as corrected.
@@ -353,8 +356,16 @@ class Effect(ABC):
         Returns:
             On each axis, SI, shape (n, 3); every smaller one is as likely.
         """
-        del sensor, sizes
-        return np.zeros((len(c), 3))
+        found, unknown = np.zeros((len(c), 3)), np.flatnonzero(np.isnan(c.previous[:, 0]))
+        if self.kind != "hold" or not len(unknown):
+            return found
+        there = c.select(unknown)
+        taken = self.error(sensor, there, sizes)
+        for face in c.gravity * np.concatenate([np.eye(3), -np.eye(3)]):
+            before = np.broadcast_to(face, (len(there), 3))
+            might = self.error(sensor, replace(there, previous=before), sizes)
+            found[unknown] = np.maximum(found[unknown], np.abs(might - taken))
+        return found
 
 
 def c_number(value: float) -> str:

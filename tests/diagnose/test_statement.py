@@ -124,7 +124,10 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
     ("seed", "names"),
     [
         (5, "In the model now: scale-step"),
-        (6, "which follows the temperature, comes nearest, but this is not certain"),
+        (
+            6,
+            "comes nearest, but this is not certain. It may act together with scale-step, which",
+        ),
     ],
 )
 def test_repeats_that_an_effect_nearly_explains_are_not_called_chance(

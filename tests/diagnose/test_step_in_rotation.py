@@ -1,4 +1,4 @@
-"""A gyroscope's step inside a rotation turns only the rest of that rotation."""
+"""The moment of a step: of the gyroscope inside a rotation, of the accelerometer between holds."""
 
 from dataclasses import replace
 
@@ -30,6 +30,23 @@ def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
     (term,) = bench.fit.terms
     assert term.variant == pytest.approx(moment, abs=0.15)
     assert bench.fit.rms_fitted < 1.5 * (bench.fit.floor_fitted or 0.0)
+
+
+def test_rotations_tell_when_the_accelerometer_steps_where_its_holds_do_not_feel_it() -> None:
+    """A step of a level axis is in no magnitude of gravity, but it tilts the gyroscope's up."""
+    report, readings = fitted(rotations=2)
+    accelerometer, start = readings.accelerometer, readings.accelerometer.time[0]
+    holds, axis = report.holds, 2
+    level = [abs(hold.accelerometer[axis]) < 1.0 for hold in holds]
+    row = next(k for k in range(10, len(holds) - 10) if level[k] and level[k + 1])
+    step = np.where(np.arange(3) == axis, 0.03, 0.0)
+    values = accelerometer.values + np.outer(accelerometer.time >= holds[row].start - 0.2, step)
+    stepped = replace(readings, accelerometer=replace(accelerometer, values=values))
+    bench = Benches(fit_readings(stepped), stepped).accelerometer
+    bench.add("bias-step", near=holds[row + 1].end - start)
+    (term,) = bench.fit.terms
+    assert term.variant is not None
+    assert holds[row - 1].end - start < term.variant < holds[row].end - start
 
 
 def test_rests_that_are_left_out_make_no_complete_model() -> None:

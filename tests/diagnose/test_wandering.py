@@ -1,5 +1,7 @@
 """A wandering bias widens the standard errors of slow effects, and hardly those of others."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,10 +10,14 @@ from benchmarks.hidden.fitted import left_over, measured_of
 from benchmarks.hidden.noise import COLOURS
 from benchmarks.hidden.recording import record
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.random_walk import with_random_walk
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
+from tests.diagnose.recordings import fitted
 
 
 def widened(term: str, colour: str) -> FloatArray:
@@ -44,3 +50,17 @@ def test_a_model_without_effects_is_left_as_it_is() -> None:
     measured = measured_of(record(REPEATED, COLOURS["walk"], (), np.random.default_rng(4)))
     found = fit(measured)
     assert with_random_walk(found, left_over(measured, found)) is found
+
+
+def test_a_gyroscope_that_reads_another_bias_each_time_is_called_that() -> None:
+    """What its rests show of the bias is in the rotations, too, as long as they take."""
+    report, readings = fitted(poses="26+repeats", rotations=2)
+    gyroscope, rng = readings.gyroscope, np.random.default_rng(8)
+    assert gyroscope is not None
+    changes = np.sort([time for hold in report.holds for time in (hold.start, hold.end)])
+    biases = np.radians(0.05) * rng.normal(size=(len(changes) + 1, 3))
+    values = gyroscope.values + biases[np.searchsorted(changes, gyroscope.time)]
+    other = replace(readings, gyroscope=replace(gyroscope, values=values))
+    bench = Benches(fit_readings(other), other).bench("gyroscope")
+    assert bench is not None
+    assert bench.look().opinion.verdict is Verdict.NOT_REPEATABLE

@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import WITHIN_NINETY
-from imucal_wizard.estimate.noise_coefficients import fit_noise
+from imucal_wizard.estimate.noise_coefficients import AllanTheory, fit_noise
 from imucal_wizard.measurement.allan_variance import AllanSums
 from tests.noise.at_rest import three_axes
 
@@ -69,6 +69,30 @@ def test_nothing_is_joined_across_an_interruption() -> None:
     assert found.segments == (9000, 11_000)
     rows = found.lengths < 500
     np.testing.assert_allclose(found.variance[rows], whole.variance[: rows.sum()], rtol=0.2)
+
+
+@pytest.mark.parametrize(("white", "walk"), [(1.0, 0.0), (0.0, 1.0), (8.0, 1.0)])
+def test_allan_variances_move_together_as_their_quadratic_forms_do(
+    white: float, walk: float
+) -> None:
+    """For Gaussian readings the covariance of ``y'Ay`` and ``y'By`` is ``2 tr(AΣBΣ)``."""
+    count, lengths = 600, np.array([4, 8, 16, 32, 64, 128])
+    step = np.arange(1.0, count + 1.0)
+    readings = white**2 * np.eye(count) + walk**2 * np.minimum.outer(step, step)
+    products = []
+    for m in lengths.tolist():
+        mean = np.kron([-1.0, 1.0], np.ones(m) / m)
+        rows = np.array([np.pad(mean, (k, count - 2 * m - k)) for k in range(count - 2 * m + 1)])
+        products.append(rows.T @ rows / (2.0 * len(rows)) @ readings)
+    exact = np.array([[2.0 * np.sum(one * other.T) for other in products] for one in products])
+    size = np.sqrt(np.diag(exact))
+    taus, every = lengths.astype(np.float64), np.ones(len(lengths), bool)
+    theory = AllanTheory(taus, np.ones(len(taus)), [float(count)], every)
+    found = theory.covariance(np.array([white**2, 0.0, walk**2, 0.0]))
+    # a walk in steps is that of the theory up to 1/m², here a sixteenth
+    np.testing.assert_allclose(
+        found / np.outer(size, size), exact / np.outer(size, size), atol=0.05
+    )
 
 
 @pytest.mark.study

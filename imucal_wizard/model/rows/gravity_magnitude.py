@@ -43,6 +43,8 @@ class MagnitudeRows(Rows):
 
     Attributes:
         force: corrected, m/s², shape (n, 3).
+        hidden: largest error of the force that readings do not show, on each axis, m/s², (n, 3).
+            It counts as noise of the magnitude as far as the axis lies along the force.
     """
 
     def __init__(self, source: "GravityMagnitude", calibration: Parameters, terms: Terms) -> None:
@@ -61,8 +63,9 @@ class MagnitudeRows(Rows):
         length = lengths(force)
         self.force = force
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
-        self.own = source.noise
         self.direction = force / np.maximum(length, SHORTEST_FORCE * source.gravity)[:, None]
+        self.hidden = self._hidden()
+        self.own = source.noise + (self.direction**2 * self.hidden**2).sum(axis=1) / 3.0
         self.lever = self.direction
         self._inverse: FloatArray | None = None
 
@@ -112,14 +115,13 @@ class MagnitudeRows(Rows):
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 
-    def hidden(self) -> FloatArray:
-        """Largest error of the force that readings do not show, of all axes, m/s², shape (n,)."""
+    def _hidden(self) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
         found = np.zeros((len(self.force), 3))
         sizes = self._terms.split(self._calibration.sizes)
         for term, own in zip(self._terms.terms, sizes, strict=True):
             found += term.effect.hidden(ACCELEROMETER, where, own)
-        return np.asarray(found.max(axis=1))
+        return found
 
     def _of_effects(self, terms: Sequence[Term]) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)

@@ -261,3 +261,18 @@ def test_an_effect_of_another_sensor_is_refused() -> None:
         fit(data, (Term(effect("g-sensitivity")),))
     with pytest.raises(UsageError, match="'sacle' is not in the base"):
         fit(data, (), ("sacle",))
+
+
+def test_the_first_hold_does_not_judge_an_effect_of_the_pose_before() -> None:
+    """Nobody knows the pose before it: what that pose makes of it is noise, and sizes are right."""
+    made, term = session(6), Term(effect("hysteresis"))
+    sizes, noise = np.array([0.0, 0.8, 0.0]), 0.03 * MILLI_G
+    for seed in range(4):
+        first, *others = holds(made, (term,), sizes, noise, np.random.default_rng(seed))
+        # the device came from a pose with an end of the y axis up
+        felt = (-1.0) ** seed * MILLI_G * np.linalg.inv(MATRIX) @ sizes
+        first = replace(first, accelerometer=first.accelerometer + felt)
+        found = fit(accelerometer_experiment([first, *others], G, "m/s^2"), (term,))
+        assert np.abs((found.sizes[0] - sizes) / found.size_errors[0]).max() < 4.0
+        table = _table(found)
+        assert np.abs(table.residual / np.sqrt(table.variance)).max() < 4.0
