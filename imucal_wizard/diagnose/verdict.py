@@ -9,7 +9,7 @@ would.
 import itertools
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import TypeVar
 
@@ -241,6 +241,7 @@ class Opinion:
             much is left beside it.
         heard: what the gyroscope says of the explanations, where it was asked.
         decided: the families among whose members it has decided.
+        shares: of the probability of each family named, by its likeliest member.
     """
 
     verdict: Verdict
@@ -255,6 +256,7 @@ class Opinion:
     probable: Terms
     heard: Hearing | None = None
     decided: tuple[str, ...] = ()
+    shares: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def one_effect(self) -> bool:
@@ -351,6 +353,7 @@ def judge_misfit(
         probable=probable,
         heard=heard,
         decided=decided,
+        shares={family: shares.members(family_of, family)[0][1] for family in families},
     )
 
 

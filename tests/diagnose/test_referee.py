@@ -14,8 +14,11 @@ from imucal_wizard.diagnose.referee import log_evidence
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, fit
 from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.rows import gravity_closure
+from imucal_wizard.model.terms import Term
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from tests.diagnose.recordings import fitted
@@ -76,7 +79,7 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert wrong is not None
     assert right[1] < min(wrong[1], right[0])
     said = diagnosis_of(benches, bench)
-    assert "this decides for asymmetry" in said.says
+    assert "this decides for asymmetry (probability 9" in said.says
     assert "gyroscope's closure with this: " in " ".join(bench_text([said]).split())
     own = bench_document([said])["sensors"]["accelerometer"]
     assert own["gyroscope_closure"]["decided"] == ["even-order"]
@@ -85,6 +88,23 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert [(one.term, one.decided_by) for one in bench.found] == [
         ("asymmetry", "directions left out and the gyroscope's closure")
     ]
+
+
+def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_measured(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those across up of a face change with the least tilt of the reference."""
+    bench = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer
+    assert bench.referee is not None
+    referee, across = bench.referee(), gravity_closure.across
+    assert referee is not None
+    found = fit(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
+    before = referee.hear(found).log_evidence
+    # a quarter turn about up
+    monkeypatch.setattr(
+        gravity_closure, "across", lambda up: across(up)[:, ::-1] * [[[1.0], [-1.0]]]
+    )
+    assert referee.hear(found).log_evidence == pytest.approx(before, abs=1e-6)
 
 
 def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
