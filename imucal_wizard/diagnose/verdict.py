@@ -362,13 +362,22 @@ def _heard(
     shares: Shares,
     best: ExplainedVariance,
 ) -> Hearing | None:
-    """What another sensor says of the likely explanations and the aliases of the likeliest one."""
+    """What another sensor says of the likely explanations and the aliases of the likeliest one.
+
+    Where it speaks against all of them, it is asked of others, too.
+    """
     if shares.present()[NOTHING] > MAX_NOISE_PROBABILITY:
         return None
     asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
     plainest = [one[0] for one in asked[:1] if len(one) == 1]
     alike = [(alias,) for term in plainest for alias in best.aliases(term)]
-    return hearing((*asked, *(one for one in alike if one not in asked)))
+    found = hearing((*asked, *(one for one in alike if one not in asked)))
+    if found is None or not found.against_all:
+        return found
+    # of aliases, the prior may leave the right one little
+    others = [one for one in shares.explanations(0.0) if one not in found.with_terms]
+    more = hearing(tuple(others[:MAX_HEARD]))
+    return found if more is None else Hearing(found.now, found.with_terms | more.with_terms)
 
 
 def _accused(shares: Shares) -> tuple[int, ...]:

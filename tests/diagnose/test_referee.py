@@ -10,9 +10,10 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
-from imucal_wizard.diagnose.referee import log_evidence
+from imucal_wizard.diagnose.referee import Hearing, log_evidence
+from imucal_wizard.diagnose.referee import Testimony as Said
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
-from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, fit
 from imucal_wizard.estimate.recording import fit_readings
@@ -114,6 +115,24 @@ def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
     )
     assert said.verdict is Verdict.UNEXPLAINED
     assert "contradicts" in said.says
+
+
+def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others() -> None:
+    """The prior of aliases may leave the right one less than is listed."""
+    found, asked = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer.look(), []
+
+    def hearing(explanations: tuple[tuple[str, ...], ...]) -> Hearing:
+        asked.append(explanations)
+        said = dict.fromkeys(explanations, Said(None, -50.0 * (len(asked) == 1)))
+        return Hearing(Said(None, 0.0), said)
+
+    opinion = judge_misfit(found.misfit, found.hypotheses, found.posterior, hearing)
+    first, second = asked
+    assert second
+    assert not set(first) & set(second)
+    assert opinion.heard is not None
+    assert not opinion.refuted
+    assert set(opinion.heard.with_terms) == {*first, *second}
 
 
 def test_without_a_gyroscope_nothing_changes() -> None:
