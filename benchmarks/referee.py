@@ -6,6 +6,10 @@ catalogue does not have; in half of them the gyroscope has an effect too, or one
 late. Each is judged twice: by the accelerometer alone, and with the gyroscope as referee. Counted
 is how often one single effect is named, and how often that is the wrong one.
 
+An effect is named instead of its family from a probability of 95 % on. Of the names that the
+gyroscope decides (alone, the accelerometer gives none), as many may be wrong as their probabilities
+say, which are printed beside them, and at most 5 %; none where nothing in the catalogue is hidden.
+
     --recordings   of each row
     --seed         of the first one
 """
@@ -47,6 +51,8 @@ OF_GYROSCOPE = (
     "gyroscope/cross-product:1:xyz",
     "gyroscope/bias-drift:0.02:z",
 )
+MAX_WRONG = 5.0
+"""Names that may be wrong where the probability is 95 % or more, per cent."""
 DELAY = 2e-3
 """By how much an axis of the gyroscope is late, s."""
 
@@ -87,6 +93,7 @@ class Judged:
         refereed: the same with the gyroscope's rotations.
         verdicts: both verdicts.
         right: the likeliest explanation of those listed is the true one, alone and refereed.
+        doubt: probability, by the program, that another member of a family named is the right one.
     """
 
     kind: str
@@ -95,6 +102,7 @@ class Judged:
     refereed: str
     verdicts: tuple[Verdict, Verdict]
     right: tuple[bool, bool]
+    doubt: float
 
 
 def main() -> None:
@@ -144,8 +152,16 @@ def table(found: Sequence[Judged]) -> Iterator[str]:
     for k, by in enumerate(("alone", "with the gyroscope")):
         first = sum(one.right[k] for one in known)
         yield f"the true effect is the likeliest, {by}: {first} of {len(known)}"
-    wanted = Wanted()
-    wanted.share("wrong names that the gyroscope brought", len(fresh), len(found), 0.0, 0.0)
+    decided = [one for one in known if one.refereed and not one.alone]
+    of_them = [one for one in decided if one.refereed != one.kind]
+    yield (
+        f"names that the gyroscope decided: {len(decided)}, of them wrong {len(of_them)}, by their "
+        f"probabilities {sum(one.doubt for one in decided):.2f}"
+    )
+    wanted, foreign = Wanted(), [one for one in found if KINDS[one.kind] is None]
+    wanted.share("wrong names that it decided", len(of_them), len(decided), 0.0, MAX_WRONG)
+    brought = sum(one in foreign for one in fresh)
+    wanted.share("names that it brought to no effect", brought, len(foreign), 0.0, 0.0)
     yield str(wanted)
 
 
@@ -180,6 +196,7 @@ def judged(seed: int, kind: str, number: int) -> Judged:
         refereed=_name(refereed),
         verdicts=(alone.verdict, refereed.verdict),
         right=(_likeliest(alone) == (kind,), _likeliest(refereed) == (kind,)),
+        doubt=1.0 - float(np.prod(list(refereed.shares.values()))),
     )
 
 

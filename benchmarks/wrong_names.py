@@ -1,6 +1,6 @@
 """Names given to what they do not describe: ``python -m benchmarks.wrong_names``.
 
-Fifteen kinds of structure, of which some are no effect of the catalogue, some are effects that
+Sixteen kinds of structure, of which some are no effect of the catalogue, some are effects that
 others imitate, and some are exact aliases of others at 1 g. Accelerometers are those of
 ``benchmarks.hidden``, gyroscopes those of ``benchmarks.gyroscope_bound``; neither shares a formula
 with the program. Devices differ: 0.1 to 10 times the usual noise, 12 to 20 bits, 25 to 1,600
@@ -104,6 +104,22 @@ class Anisoelastic(WrongRate):
 
 
 @dataclass(frozen=True)
+class Jumping(WrongRate):
+    """One axis whose error jumps where its rate passes a value."""
+
+    axis: int
+    level: float
+    size: float
+
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """At rest, too, where the level is below zero."""
+        del time, up
+        error = np.zeros_like(rate)
+        error[:, self.axis] = self.size * (rate[:, self.axis] > self.level)
+        return error
+
+
+@dataclass(frozen=True)
 class FasterClock(WrongRate):
     """A clock whose rate changes evenly: all axes by the same share."""
 
@@ -155,6 +171,16 @@ def _clock(
     return FasterClock(times * closure / usual * rng.choice((-1.0, 1.0)))
 
 
+def _jumping(
+    rng: np.random.Generator, times: float, rest: float, closure: float, *_: float
+) -> WrongRate:
+    del rest
+    # bias, scale and angles leave an rms of 0.13 rad of a jump by 1 rad/s in these rotations
+    size = times * closure / 0.13
+    level = np.radians(rng.uniform(-100.0, 100.0))
+    return Jumping(int(rng.integers(3)), float(level), float(size * rng.choice((-1.0, 1.0))))
+
+
 SLOW_BIAS = ("bias-temperature", "warm-up", "bias-drift")
 KINDS: dict[str, Kind] = {
     "scale that steps": Kind(("scale-step",), strangers.ScaleStep),
@@ -170,6 +196,7 @@ KINDS: dict[str, Kind] = {
     "placement scatter": Kind((), strangers.Scatter),
     "bias that swings": Kind((), strangers.Swing),
     "anisoelastic gyroscope": Kind(("anisoelastic",), turned=_products),
+    "gyroscope jumps over its rate": Kind((), turned=_jumping),
     "long wave": Kind((), partial(strangers.AnyRipple, omega=(3.5, 5.0))),
     "field of degree 5": Kind((), strangers.Field),
 }

@@ -10,10 +10,11 @@ import numpy as np
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
-from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, WAVES
+from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.diagnose.unknown_structure import WAVES
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
 MAX_SHARE_UNLIKE = 0.03

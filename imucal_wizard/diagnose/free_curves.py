@@ -131,7 +131,7 @@ def offered_curves(
     found = [one for one, here in zip(tried.suspects, listed, strict=True) if here]
     of_listed = [one for one in curves if any(one.name == other.term for other in found)]
     known = {one.term: one.effect for one in misfit.candidates}
-    effects, structure, neutral = _of_the_same(hypotheses, posterior, of_listed, fit.sensor, known)
+    effects, structure, neutral = _of_the_same(hypotheses, posterior, of_listed, known)
     # probabilities over that of all explanations without curves
     place = int(posterior.single.argmax())
     total = hypotheses.log_prior[place] + posterior.evidence[place]
@@ -157,7 +157,6 @@ def _of_the_same(
     hypotheses: HypothesisSet,
     posterior: Posterior,
     curves: Sequence[UnknownShape],
-    sensor: str,
     known: Mapping[str, Effect],
 ) -> tuple[float, float, float]:
     """Probability of other explanations that depend on the same as one of these curves.
@@ -169,24 +168,22 @@ def _of_the_same(
     effects, structure, pairs = 0.0, 0.0, hypotheses.pairs
     named = np.array([one.kind == EFFECT for one in hypotheses.single])
     for curve in curves:
-        single = np.array([_depends(one, curve, sensor, known) for one in hypotheses.single])
+        single = np.array([_depends(one, curve, known) for one in hypotheses.single])
         effects += float(posterior.single[single & named].sum())
         structure += float(posterior.single[single & ~named].sum())
         if pairs is not None and len(pairs):
-            members = np.array([_depends(one, curve, sensor, known) for one in pairs.members])
+            members = np.array([_depends(one, curve, known) for one in pairs.members])
             effects += float(posterior.paired[members[pairs.first] & members[pairs.second]].sum())
     along = [one.kind == UNKNOWN and one.parameter == AXES for one in hypotheses.single]
     return effects, structure, float(posterior.single[np.array(along)].sum())
 
 
-def _depends(
-    one: Hypothesis, curve: UnknownShape, sensor: str, known: Mapping[str, Effect]
-) -> bool:
+def _depends(one: Hypothesis, curve: UnknownShape, known: Mapping[str, Effect]) -> bool:
     """Whether an explanation depends on the axis and the influence of a curve alone."""
-    if one.kind == UNKNOWN:
-        return curve.along_axis(sensor) and one.parameter == curve.letter
     if one.parameter != curve.parameter:
         return False
+    if one.kind == UNKNOWN:
+        return curve.against in ("input", "force")
     effect = known[one.terms[0]]
     alike = {"input": AxisEffect, "force": ForceEffect}.get(curve.against, BiasEffect)
     return effect.against == curve.against and isinstance(effect, alike)

@@ -4,8 +4,7 @@ An explanation is a covariance of low rank in the space that the base parameters
 Besides the effects of the catalogue there are, with priors of their own:
 
 - one disturbed hold or rotation;
-- structure that no effect causes: an error smooth over the sphere, or a characteristic of one axis.
-  Both are Gaussian processes written with their values at a few nodes (Nyström's method);
+- structure that no effect causes (see ``unknown_structure``);
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
 Without these hypotheses, every pattern would be attributed to the effect that resembles it most.
@@ -15,19 +14,15 @@ With the products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z``
 ``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 
-import itertools
-from collections.abc import Iterator, Sequence
-from functools import cache
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.poses import AXES, DIRECTIONS
-from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, sample_quantile
-from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
-from imucal_wizard.diagnose.residuals import Candidate, RowKind, WhitenedResiduals
+from imucal_wizard.diagnose.random_walk import Frame
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 
 NOTHING, EFFECT, PAIR = "nothing", "effect", "pair"
 DISTURBED, UNKNOWN = "disturbed", "unknown"
@@ -56,8 +51,9 @@ class Hypothesis:
         terms: names of the effects in it.
         families: their families, sorted.
         variant: of the effect, or the index of the hold that is disturbed.
-        parameter: name of the one parameter in it, or "" for all; of unknown structure
-            the axes whose characteristic it is, or "".
+        parameter: name of the one parameter in it, or "" for all; of unknown structure the axes
+            whose characteristic it is, named as an effect's parameters that move them by the same,
+            or "".
         log_prior: logarithm of its prior probability.
         patterns: at a size of one, in the coordinates of a ``Frame``, shape (m, q).
         spreads: prior standard deviations of the size.
@@ -183,161 +179,6 @@ def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
             )
         )
     return made
-
-
-LENGTHS = (0.22, 0.4)
-"""Lengths over which unknown structure changes, rad on the sphere or g along an axis."""
-UNKNOWN_SIZES = (1.5, 5.0, 16.0, 64.0, 256.0)
-"""Its size in noise standard deviations."""
-WAVES = tuple(np.linspace(3.5, 12.0, 12))
-"""Wave numbers of a rippled characteristic, rad/g."""
-UNKNOWN_SHARES = {
-    "sphere": 0.14,
-    "odd": 0.14,
-    "even": 0.09,
-    "axes": 0.09,
-    "axis": 0.05,
-    "wave": 0.09,
-    "jump": 0.04,
-}
-"""How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
-along one certain axis in any shape, as a wave or as a jump. Most errors of a sensor are either odd
-or even."""
-JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
-"""Inputs at which a characteristic may jump, as at a missing code, g."""
-JUMP_WIDTH = 0.02
-"""Half width of a jump, g: poses are placed less exactly."""
-JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
-"""Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
-_LEVELS = np.linspace(-1.0, 1.0, 13)
-_NODES = np.array(list(DIRECTIONS.values()))
-_HALF = _NODES[[i for i, v in enumerate(_NODES) if tuple(v) > (0.0, 0.0, 0.0)]]
-
-
-def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
-    """Unknown structure at every length and place."""
-    seen = misfit.kind != RowKind.ROTATION
-    up = np.where(seen[:, None], misfit.direction, 0.0)
-    shown = shown_axes(misfit)
-    apart = np.where(misfit.kind == RowKind.DIP, 3, misfit.axis)
-    axes = [seen & (apart == axis) for axis in distinct(apart[seen])]
-    errors = usual_errors(misfit, frame)
-    made = []
-    for length in LENGTHS:
-        shapes: list[tuple[float, list[FloatArray], str]] = []
-        for kind, sign in (("sphere", 0), ("odd", -1), ("even", 1)):
-            field = _sphere(up, length, sign)
-            shapes.append((UNKNOWN_SHARES[kind], [field * rows[:, None] for rows in axes], ""))
-        along = [_along(up[:, k], length) * shown[:, [k]] for k in range(3)]
-        shapes.append((UNKNOWN_SHARES["axes"], along, AXES))
-        shapes += [
-            (UNKNOWN_SHARES["axis"], [one], axis) for one, axis in zip(along, AXES, strict=True)
-        ]
-        for share, patterns, where in shapes:
-            if not patterns:
-                continue
-            prior = float(np.log(PRIOR[UNKNOWN] * share / len(LENGTHS)))
-            inside = errors @ np.concatenate(patterns, axis=1)
-            made.append(_unknown(where, prior, inside))
-    return made + _waves(up, shown, errors) + _jumps(up, shown, errors)
-
-
-def _unknown(
-    where: str, prior: float, patterns: FloatArray, sizes: tuple[float, ...] = UNKNOWN_SIZES
-) -> Hypothesis:
-    return Hypothesis(UNKNOWN, (), (UNKNOWN,), None, where, prior, patterns, sizes)
-
-
-def _waves(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
-    """A rippled characteristic of each axis, of any phase."""
-    made = []
-    for axis, wave in itertools.product(range(3), WAVES):
-        phase = wave * up[:, [axis]]
-        patterns = np.concatenate([np.sin(phase), np.cos(phase)], axis=1) * shown[:, [axis]]
-        prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["wave"] / len(WAVES)))
-        inside = errors @ patterns
-        made.append(_unknown(AXES[axis], prior, inside))
-    return made
-
-
-def _jumps(up: FloatArray, shown: FloatArray, errors: FloatArray) -> list[Hypothesis]:
-    """A characteristic of each axis that jumps at some input; poses show it only in between."""
-    made = []
-    prior = float(np.log(PRIOR[UNKNOWN] * UNKNOWN_SHARES["jump"] / len(JUMPS)))
-    for axis, level in itertools.product(range(3), JUMPS):
-        course = np.clip((up[:, [axis]] - level) / JUMP_WIDTH, -1.0, 1.0)
-        inside = errors @ (course * shown[:, [axis]])
-        made.append(_unknown(AXES[axis], prior, inside, JUMP_SIZES))
-    return made
-
-
-def _sphere(up: FloatArray, length: float, sign: int) -> FloatArray:
-    nodes, root = _sphere_nodes(length, sign)
-    return np.asarray(_sphere_kernel(up, nodes, length, sign) @ root)
-
-
-def _sphere_kernel(a: FloatArray, b: FloatArray, length: float, sign: int) -> FloatArray:
-    """``k(a, b)``, or its part that is odd (−1) or even (+1) under inversion."""
-    cosine = a @ b.T
-    near = np.exp((cosine - 1.0) / length**2)
-    return np.asarray(near + sign * np.exp((-cosine - 1.0) / length**2))
-
-
-@cache
-def _sphere_nodes(length: float, sign: int) -> tuple[FloatArray, FloatArray]:
-    nodes = _HALF if sign else _NODES
-    return nodes, _whitener(_sphere_kernel(nodes, nodes, length, sign))
-
-
-def _along(values: FloatArray, length: float) -> FloatArray:
-    near = np.exp(-0.5 * ((values[:, None] - _LEVELS) / length) ** 2)
-    return np.asarray(near @ _level_root(length))
-
-
-@cache
-def _level_root(length: float) -> FloatArray:
-    return _whitener(np.exp(-0.5 * ((_LEVELS[:, None] - _LEVELS) / length) ** 2))
-
-
-def _whitener(kernel: FloatArray) -> FloatArray:
-    """Root of the kernel's inverse, without what is rounding."""
-    values, vectors = np.linalg.eigh(kernel)
-    seen = values > 1e-6 * values[-1]
-    return np.asarray(vectors[:, seen] / np.sqrt(values[seen]))
-
-
-FIELD_CHANGE_PRIOR = 0.06
-"""As likely before any data as structure over the sphere."""
-JUMP_MOMENTS = 15
-"""At which it may jump, evenly over the rows in their order of time."""
-CHANGE_WINDOWS = (0.08, 0.2)
-"""Shares of the rows during which it may differ."""
-MIN_FIELD_ROWS = 12
-"""Rows with fewer of which no course is looked for."""
-
-
-def field_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
-    """Jumps, and stretches in which the field differs, at every time."""
-    field = misfit.kind >= RowKind.FIELD
-    if field.sum() < MIN_FIELD_ROWS:
-        return []
-    courses = list(_courses(misfit.time, field))
-    usual = median(misfit.sigma[field])
-    shown = misfit.lever * (usual / misfit.sigma)[:, None]
-    prior = float(np.log(FIELD_CHANGE_PRIOR / len(courses)))
-    return [_unknown("", prior, frame.across.T @ (shown * one[:, None])) for one in courses]
-
-
-def _courses(time: FloatArray, field: np.ndarray) -> Iterator[FloatArray]:
-    """1 where the field is another one, else 0, shape (n,)."""
-    moments = np.sort(time[field])
-    for share in np.linspace(0.0, 1.0, JUMP_MOMENTS + 2)[1:-1]:
-        yield (time >= sample_quantile(moments, share)).astype(float)
-    for width in CHANGE_WINDOWS:
-        for start in np.arange(0.0, 1.0 - 0.5 * width, 0.5 * width):
-            ends = start, min(start + width, 1.0)
-            low, high = (sample_quantile(moments, end) for end in ends)
-            yield ((time >= low) & (time <= high)).astype(float)
 
 
 PAIR_SPREAD = 2.0

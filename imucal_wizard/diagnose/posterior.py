@@ -28,13 +28,12 @@ from imucal_wizard.diagnose.hypotheses import (
     all_pairs,
     disturbances,
     effect_hypotheses,
-    field_changes,
     joint_hypotheses,
     noise_alone,
-    unknown_structure,
 )
 from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.diagnose.unknown_structure import field_changes, unknown_structure
 
 MAX_UNKNOWN_ALONE = 0.1
 """Probability of unknown structure up to which no pairs of whole effects are looked for."""

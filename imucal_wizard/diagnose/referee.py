@@ -18,6 +18,7 @@ explains as well counts for no explanation. With the columns B of the free param
     2 ln p = −ln |V| − ln |Bᵀ V⁻¹ B| − rᵀ (V⁻¹ − V⁻¹ B (Bᵀ V⁻¹ B)⁻¹ Bᵀ V⁻¹) r
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,6 +32,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, under_reference
 from imucal_wizard.estimate.held_out import rms_held_out
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.terms import Term
 
 _SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
 
@@ -82,10 +84,10 @@ class Referee:
 
     def __init__(self, misfit: WhitenedResiduals) -> None:
         self._found = misfit.minimum
-        middle: dict[str, Candidate] = {}
+        first: dict[str, Candidate] = {}
         for one in misfit.candidates:
-            middle.setdefault(one.term, one)
-        self._effects = [misfit.measured(one.columns * one.typical) for one in middle.values()]
+            first.setdefault(one.term, one)
+        self._effects = tuple(first.values())
         self.now = self._testimony(self._found)
 
     def hear(self, accelerometer: SensorFit) -> Testimony:
@@ -94,7 +96,13 @@ class Referee:
         return self._testimony(under_reference(self._found, experiment))
 
     def _testimony(self, found: Minimum[Experiment]) -> Testimony:
-        effects = [found.independent.rows(one) for one in self._effects]
+        # evaluated anew: under another reference a closure may be measured along other directions
+        terms = [Term(one.effect, one.variant) for one in self._effects]
+        columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
+        columns *= np.concatenate([np.zeros(0), *(one.typical for one in self._effects)])
+        ends = np.cumsum([0, *(len(one.typical) for one in self._effects)])
+        own = found.independent.rows(columns)
+        effects = [own[:, first:past] for first, past in itertools.pairwise(ends.tolist())]
         return Testimony(rms_held_out(found), log_evidence(found, effects))
 
 

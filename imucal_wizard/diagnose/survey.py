@@ -43,18 +43,19 @@ def add_by_itself(bench: Bench) -> BenchFindings:
     below = len(bench.ladder)
     before = said = bench.look()
     carried = bench.fit.base == bench.whole and not bench.undetermined
+    last = before
     for _ in range(MAX_ROUNDS_OF_ADDING if carried else 0):
-        found = bench.look()
-        named = found.opinion.terms
-        if found.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
+        named = last.opinion.terms
+        if last.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
             break
         added = _try(bench, named)
         if not added:
             # what data held out do not confirm is not missing for certain
-            return bench.with_curves(replace(found, opinion=unconfirmed(found.opinion)))
-        bench.keep(reasons_of(bench, added, found.opinion))
-        said = replace(found, opinion=_proven(found.opinion, added))
-    last = bench.look()
+            last = bench.with_curves(replace(last, opinion=unconfirmed(last.opinion)))
+            break
+        bench.keep(reasons_of(bench, added, last.opinion))
+        said = replace(last, opinion=_proven(last.opinion, added))
+        last = bench.look()
     if last.opinion.shapeless:
         # what was missing is said with the model before; how much is left, with the present one
         return said if last.opinion.verdict is Verdict.COMPLETE else last

@@ -9,7 +9,7 @@ would.
 import itertools
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import field, replace
 from enum import StrEnum
 from typing import TypeVar
 
@@ -241,6 +241,7 @@ class Opinion:
             much is left beside it.
         heard: what the gyroscope says of the explanations, where it was asked.
         decided: the families among whose members it has decided.
+        shares: of the probability of each family named, by its likeliest member.
     """
 
     verdict: Verdict
@@ -255,6 +256,7 @@ class Opinion:
     probable: Terms
     heard: Hearing | None = None
     decided: tuple[str, ...] = ()
+    shares: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def one_effect(self) -> bool:
@@ -351,6 +353,7 @@ def judge_misfit(
         probable=probable,
         heard=heard,
         decided=decided,
+        shares={family: shares.members(family_of, family)[0][1] for family in families},
     )
 
 
@@ -359,13 +362,22 @@ def _heard(
     shares: Shares,
     best: ExplainedVariance,
 ) -> Hearing | None:
-    """What another sensor says of the likely explanations and the aliases of the likeliest one."""
+    """What another sensor says of the likely explanations and the aliases of the likeliest one.
+
+    Where it speaks against all of them, it is asked of others, too.
+    """
     if shares.present()[NOTHING] > MAX_NOISE_PROBABILITY:
         return None
     asked = shares.explanations(MIN_LISTED_PROBABILITY)[:MAX_HEARD]
     plainest = [one[0] for one in asked[:1] if len(one) == 1]
     alike = [(alias,) for term in plainest for alias in best.aliases(term)]
-    return hearing((*asked, *(one for one in alike if one not in asked)))
+    found = hearing((*asked, *(one for one in alike if one not in asked)))
+    if found is None or not found.against_all:
+        return found
+    # of aliases, the prior may leave the right one little
+    others = [one for one in shares.explanations(0.0) if one not in found.with_terms]
+    more = hearing(tuple(others[:MAX_HEARD]))
+    return found if more is None else Hearing(found.now, found.with_terms | more.with_terms)
 
 
 def _accused(shares: Shares) -> tuple[int, ...]:

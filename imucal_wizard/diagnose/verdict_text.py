@@ -21,7 +21,7 @@ from imucal_wizard.diagnose.effect_text import (
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
 from imucal_wizard.diagnose.suspects import Suspect
-from imucal_wizard.diagnose.verdict import Opinion, Verdict
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 
 TOO_FEW_RATIO = 3.0
@@ -180,7 +180,8 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
     end = ""
     if opinion.decided:
         chosen = zip(opinion.families, opinion.terms, strict=True)
-        end = f": this decides for {_and([_or(t) for f, t in chosen if f in opinion.decided])}"
+        names = [_decided(opinion, *one) for one in chosen if one[0] in opinion.decided]
+        end = f": with the accelerometer's residuals, this decides for {_and(names)}"
     elif opinion.heard.against_all:
         them = "it" if len(known) == 1 else "each of them"
         # what is named nevertheless explains the accelerometer's own residuals
@@ -190,6 +191,12 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
     now = quantity(known[0][1][0], "rad")
     first = f"was {now} before" if diagnosis.added else f"is {now} now"
     return [f"The gyroscope's closure {first}, {each}{end}."]
+
+
+def _decided(opinion: Opinion, family: str, members: Terms) -> str:
+    """What the gyroscope has left of a family; how probable it is, where it is one effect."""
+    share = min(int(100.0 * opinion.shares[family]), 99)
+    return f"{members[0]} (probability {share} %)" if len(members) == 1 else _or(members)
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:

@@ -93,6 +93,43 @@ class Range:
     unit: str
 
 
+class Course(Effect):
+    """``ε_i = f_i(x_i)``: any ``f``, by its values at nodes, straight between them.
+
+    Any shape of the characteristic of an axis is a sum of these columns.
+
+    Args:
+        reach: of the nodes to either side, SI.
+    """
+
+    name, sensors, kind = "course", SENSORS, "orientation"
+    nodes: FloatArray = np.linspace(-1.0, 1.0, 41)
+
+    def __init__(self, reach: float) -> None:
+        self.reach = reach
+
+    def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
+        """The value at each node, SI, one axis after the other."""
+        del sensor
+        numbers = range(1, len(self.nodes) + 1)
+        return tuple(EffectParameter(f"{axis}{k}", "", 1.0) for axis in AXES for k in numbers)
+
+    def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
+        """Shape (n, 3, 3 nodes), nothing on the other two axes of each."""
+        own = self.axis_columns(sensor, c, variant)
+        each = np.eye(3)[:, :, None] * own[:, :, None, :]
+        return np.asarray(each.reshape(len(c), 3, -1))
+
+    def axis_columns(
+        self, sensor: str, c: Circumstances, variant: float | None = None
+    ) -> FloatArray:
+        """Shape (n, 3, nodes)."""
+        del variant
+        values: FloatArray = getattr(c, INPUT_OF[sensor])
+        apart = 0.5 * (len(self.nodes) - 1) * (values[:, :, None] / self.reach - self.nodes)
+        return np.asarray(np.maximum(1.0 - np.abs(apart), 0.0))
+
+
 class UnknownShape(Effect):
     """``ε_i = f(u)``: ``f`` a smooth free curve.
 
@@ -143,11 +180,6 @@ class UnknownShape(Effect):
     def parameter(self) -> str:
         """What parameters of effects are called that move the same axis by the same."""
         return self.letter + ("" if self.felt is None else AXES[self.felt])
-
-    def along_axis(self, sensor: str) -> bool:
-        """Whether it runs over the direction of force or field along its own axis."""
-        own = self.against == "input" and sensor not in requirements.FELT_IN_MOTION
-        return own or self.felt == self.axis
 
     @property
     def lines(self) -> int:

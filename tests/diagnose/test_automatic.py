@@ -12,6 +12,7 @@ from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import Extra, record
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.diagnose import survey
 from imucal_wizard.diagnose.bench import Bench, confirmed
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself, tried_findings
@@ -78,6 +79,24 @@ def test_a_jump_is_not_left_under_the_name_that_it_resembles(seed: int) -> None:
     assert said.opinion.verdict is Verdict.UNEXPLAINED
     assert bench.fit.terms == ()
     assert len(bench.ladder) == 1
+
+
+def test_a_name_is_taken_back_if_the_next_one_is_not_confirmed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """What is left then has no name, as where none was found for it."""
+
+    def first_alone(bench: Bench, families: object) -> tuple[str, ...]:
+        del families
+        if len(bench.ladder) > 1:
+            return ()
+        bench.add("second-order")
+        return ("second-order",)
+
+    monkeypatch.setattr(survey, "_try", first_alone)
+    bench = bench_of("second-order:4:x", "third-order:6:x")
+    assert add_by_itself(bench).opinion.verdict is Verdict.UNEXPLAINED
+    assert bench.fit.terms == ()
 
 
 @dataclass(frozen=True)

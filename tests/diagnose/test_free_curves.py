@@ -229,6 +229,16 @@ def test_other_sensors_have_curves_of_their_own(
     assert fresh.rms(saved) == pytest.approx(fresh.error(found), rel=0.01)
 
 
+def test_a_jump_over_the_rate_is_given_no_name() -> None:
+    """A second-order term would leave only noise, but structure over the rate is as likely."""
+    from benchmarks.unknown_shape import hidden_in
+
+    found, _, right = hidden_in("gyroscope", "26", "jump over the rate", 1, 0)
+    findings = tried_findings(cast("Benches", OneBench(found)), found)
+    assert findings.opinion.terms == ()
+    assert offered(findings) == [right]
+
+
 @pytest.mark.study
 def test_curves_are_offered_for_foreign_shapes_alone() -> None:
     """A small version of ``benchmarks.unknown_shape``."""

@@ -10,12 +10,16 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
-from imucal_wizard.diagnose.referee import log_evidence
+from imucal_wizard.diagnose.referee import Hearing, log_evidence
+from imucal_wizard.diagnose.referee import Testimony as Said
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
-from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, fit
 from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.rows import gravity_closure
+from imucal_wizard.model.terms import Term
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from tests.diagnose.recordings import fitted
@@ -76,7 +80,7 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert wrong is not None
     assert right[1] < min(wrong[1], right[0])
     said = diagnosis_of(benches, bench)
-    assert "this decides for asymmetry" in said.says
+    assert "this decides for asymmetry (probability 9" in said.says
     assert "gyroscope's closure with this: " in " ".join(bench_text([said]).split())
     own = bench_document([said])["sensors"]["accelerometer"]
     assert own["gyroscope_closure"]["decided"] == ["even-order"]
@@ -87,6 +91,23 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     ]
 
 
+def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_measured(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Those across up of a face change with the least tilt of the reference."""
+    bench = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer
+    assert bench.referee is not None
+    referee, across = bench.referee(), gravity_closure.across
+    assert referee is not None
+    found = fit(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
+    before = referee.hear(found).log_evidence
+    # a quarter turn about up
+    monkeypatch.setattr(
+        gravity_closure, "across", lambda up: across(up)[:, ::-1] * [[[1.0], [-1.0]]]
+    )
+    assert referee.hear(found).log_evidence == pytest.approx(before, abs=1e-6)
+
+
 def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
     """The square of y on x looks like a cross product at 1 g; the rotations speak against that."""
     (said, *_) = diagnose_benches(
@@ -94,6 +115,24 @@ def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
     )
     assert said.verdict is Verdict.UNEXPLAINED
     assert "contradicts" in said.says
+
+
+def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others() -> None:
+    """The prior of aliases may leave the right one less than is listed."""
+    found, asked = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer.look(), []
+
+    def hearing(explanations: tuple[tuple[str, ...], ...]) -> Hearing:
+        asked.append(explanations)
+        said = dict.fromkeys(explanations, Said(None, -50.0 * (len(asked) == 1)))
+        return Hearing(Said(None, 0.0), said)
+
+    opinion = judge_misfit(found.misfit, found.hypotheses, found.posterior, hearing)
+    first, second = asked
+    assert second
+    assert not set(first) & set(second)
+    assert opinion.heard is not None
+    assert not opinion.refuted
+    assert set(opinion.heard.with_terms) == {*first, *second}
 
 
 def test_without_a_gyroscope_nothing_changes() -> None:
