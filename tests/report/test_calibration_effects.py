@@ -133,6 +133,15 @@ def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
         load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
 
 
+def test_an_effect_in_another_unit_is_not_applied(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path = written(benches, tmp_path / "c.json")
+    path.write_text(path.read_text().replace('"mg/g²"', '"µg/g²"'))
+    with pytest.raises(UsageError, match=r"'second-order' in 'µg/g²'.* has it in mg/g²"):
+        load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
+
+
 OWN_EFFECT = """
 from imucal_wizard.model.effects.second_order import SecondOrder
 
