@@ -47,7 +47,7 @@ SIZES = 0.4, 6.0
 """Between which the size of the hidden effect lies, evenly in its logarithm, mg/g and so on."""
 OF_GYROSCOPE = (
     "gyroscope/g-sensitivity:0.05:xy",
-    "gyroscope/second-order:1:x",
+    "gyroscope/second-order:10:x",
     "gyroscope/cross-product:1:xyz",
     "gyroscope/bias-drift:0.02:z",
 )

@@ -24,8 +24,8 @@ def open_error_text(port: str, error: BaseException, known: list[str]) -> str:
     if code in _MISSING or "FileNotFoundError" in str(error):
         there = ", ".join(known) if known else "none"
         return (
-            f"There is no port {port}. Plug the device in, or choose another port "
-            f"(ports now: {there})."
+            f"There is no port {port} (ports now: {there}). Plug the device in, or start again "
+            "with the port that it has now."
         )
     if code in _DENIED or "PermissionError" in str(error):
         return _denied(port)

@@ -13,6 +13,7 @@ from imucal_wizard.cli.arguments import (
     STANDARD_OUT,
     gravity_given,
     location_given,
+    own_effects,
     recording_options,
     said_about,
     table_options,
@@ -117,7 +118,10 @@ def save_usable(
     made = described(calibration, said_about(arguments), measured=getattr(arguments, "date", None))
     if where := location_given(arguments):
         made = located(made, where)
-    first, *says = save_in_history(made, place, arguments.sessions, force=arguments.force)
+    effects = own_effects(getattr(arguments, "effects", ()))
+    first, *says = save_in_history(
+        made, place, arguments.sessions, force=arguments.force, effects=effects
+    )
     hint = " (--force saves all)" if made.unusable and not arguments.force else ""
     return [first + hint, *says]
 

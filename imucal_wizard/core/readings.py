@@ -19,8 +19,9 @@ A = TypeVar("A", FloatArray, IntArray)
 
 MAX_SAMPLE_INTERVALS = 2.5
 """An interval of this many sample intervals or more means that samples are missing."""
-MAX_READING = 1e100
-"""Larger numbers are not readings: their square would overflow."""
+MAX_READING = 1e30
+"""Larger numbers are neither readings, in any unit, nor times (nanoseconds since 1970 have 19
+digits); their higher powers would overflow."""
 
 
 def across_restarts(steps: FloatArray) -> BoolArray:

@@ -130,6 +130,8 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
 
 LOWER = 0.97
 """An error held out is called lower from this share of the one before on."""
+MIN_FALL_TEXT = f"{100.0 * (1.0 - LOWER):.0f} %"
+"""The same in words: how far an error must fall."""
 
 
 def falls(before: float | None, after: float | None) -> bool | None:

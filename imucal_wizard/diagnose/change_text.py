@@ -4,7 +4,7 @@ from typing import Protocol
 
 from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import Bench, Found, falls
+from imucal_wizard.diagnose.bench import MIN_FALL_TEXT, Bench, Found, falls
 from imucal_wizard.diagnose.verdict import Opinion, Terms
 
 
@@ -68,7 +68,10 @@ def why_not_confirmed(bench: Bench) -> str:
             f"the error there is {before} times the noise before, {after} times with it"
         )
     one = change_held_out(bench, below, above)
-    return f"held-out data do not confirm it: {one.before} before, {one.after} with it"
+    return (
+        f"held-out data do not confirm it: {one.before} before, {one.after} with it, and an effect "
+        f"is confirmed by a fall of more than {MIN_FALL_TEXT}"
+    )
 
 
 def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...]:

@@ -98,7 +98,9 @@ class ResidualView:
     @property
     def legend(self) -> str:
         """What the signs of the picture mean: noise band and suspect."""
-        word = "standard error" if self.rows is None else "noise of each point"
+        word = (
+            "standard error" if self.rows is None else f"{noise_word(self.rows[0])} of each point"
+        )
         band = "" if self.band is None else f"▒ {word} ±{size_with_unit(self.band, self.unit)}"
         return "  ".join(one for one in (band, self.suspect and f"━ {self.suspect}") if one)
 
@@ -117,9 +119,14 @@ def pictures(said: Diagnosis) -> tuple[ResidualView, ...]:
     if findings is None or findings.fit is not bench.fit:  # those of the model before
         findings = bench.look()
     explained = (suspect_view(findings, one) for one in findings.suspects)
-    first = next(iter(findings.suspects), None)
+    first = None if said.settled else next(iter(findings.suspects), None)
     left = (misfit_curve(findings, view, first) for view in views_of(bench.fit))
     return (*left, *(view for view in explained if view is not None), *_free_curves(findings))
+
+
+def noise_word(source: RowSource) -> str:
+    """What the noise of rows contains: with a reference, also what that is wrong by."""
+    return "noise and reference error" if source.needs_reference else "noise"
 
 
 def _free_curves(findings: BenchFindings) -> Iterator[ResidualView]:

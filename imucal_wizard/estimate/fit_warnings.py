@@ -10,6 +10,7 @@ from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import quantity, times_in_words
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
@@ -94,18 +95,47 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     scale, odd = _scales(fit)
     wrong_scale = odd + ([] if unit == COUNT else scale_notes(scale, rate))
     notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
-    matrix = fit.matrix / scale
-    best = np.abs(matrix).argmax(axis=1)
+    best = np.abs(fit.matrix).argmax(axis=1)
     if sorted(best.tolist()) == [0, 1, 2]:
-        wrong = [
-            f"{'-' if matrix[i, j] < 0 else '+'}{'xyz'[j]}" for i, j in enumerate(best.tolist())
-        ]
-        if wrong != ["+x", "+y", "+z"]:
-            notes.append(
-                "the gyroscope's axes do not match the accelerometer's: take its x, y, z from "
-                f"{', '.join(wrong)}. Check the wiring or the columns"
-            )
+        signs = np.zeros((3, 3))
+        signs[np.arange(3), best] = np.sign(fit.matrix[np.arange(3), best])
+        notes += _exchanged_axes(signs)
     return notes
+
+
+def _exchanged_axes(signs: FloatArray) -> list[str]:
+    """What is said of a gyroscope whose axes are not those of the accelerometer.
+
+    A rate is an axial vector: mirroring one axis of the accelerometer turns the sense of the two
+    others, and mirroring one axis of both sensors turns the sense of all three.
+
+    Args:
+        signs: ±1 where a column, an axis of the gyroscope, lies along an axis of the accelerometer,
+            shape (3, 3).
+    """
+    if (signs == np.eye(3)).all():
+        return []
+    order = signs.argmax(axis=1), signs.argmin(axis=1)
+    own = [
+        f"+{AXES[i]}" if row.max() > 0.0 else f"-{AXES[j]}"
+        for row, i, j in zip(signs, *order, strict=True)
+    ]
+    advice = "Check the wiring or the columns"
+    if (signs == -np.eye(3)).all():
+        advice = (
+            "No mounting does this: all its rates have the wrong sign, or one axis of both sensors "
+            "is mirrored (left-handed axes). Check the signs of the columns"
+        )
+    elif np.linalg.det(signs) < 0.0:
+        advice = (
+            "No mounting does this: one axis is mirrored, or two are swapped (left-handed axes). "
+            "Check the signs and the order of the columns"
+        )
+    elif (np.abs(signs) == np.eye(3)).all():
+        same = AXES[int(np.diag(signs).argmax())]
+        advice = f"{advice}; it may also be the accelerometer's {same} axis that is mirrored"
+    text = "the gyroscope's axes do not match the accelerometer's: take its x, y, z from "
+    return [f"{text}{', '.join(own)}. {advice}"]
 
 
 def _scales(fit: SensorFit) -> tuple[float, list[str]]:

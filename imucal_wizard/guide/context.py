@@ -108,6 +108,10 @@ class Stage(Protocol):
     def tally(self) -> tuple[float, float]:
         """How much is done and how much is needed, in the step's own unit."""
 
+    @property
+    def holds_here(self) -> bool:
+        """Whether a hold where the device is now would serve the step."""
+
     def enter(self) -> None:
         """Begin the step, or return to it."""
 

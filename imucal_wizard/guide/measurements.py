@@ -196,16 +196,8 @@ class Measurements:
 
     def collected(self) -> Collected:
         """All measurements, frozen."""
-        kept = self.holds
-
-        def of(step: StepKind) -> tuple[int, ...]:
-            return tuple(index for index, entry in enumerate(kept) if step in entry.ticks)
-
         return Collected(
-            holds=tuple(entry.hold for entry in kept),
+            holds=tuple(entry.hold for entry in self.holds),
             rotations=tuple(entry.rotation() for entry in self.rotations),
-            up_down=of(StepKind.UP_DOWN),
-            poses=of(StepKind.POSES),
-            turns=tuple(i for i, entry in enumerate(self.rotations) if entry.counts),
             validation=tuple(entry.hold for entry in self.validation),
         )

@@ -301,11 +301,13 @@ class StateMachine:
             self.advance()
 
     def _be_patient(self, block: Block) -> None:
-        """Count the time without a hold; offer alternatives."""
+        """Count the time without a hold where one is wanted; offer alternatives."""
         context, watch, settling = self.context, self.context.watch, self.step is StepKind.SETTLE
         content = context.still and (context.run.used or self.step in context.run.received)
         if not self.asking or content:
             watch.rest()
+            return
+        if not self.stage.holds_here:
             return
         if settling and watch.exhausted_in(block.seconds) and self.settle.make_do():
             self.advance()
@@ -432,7 +434,7 @@ class StateMachine:
                     up=None if up is None else (float(up[0]), float(up[1]), float(up[2])),
                     noise="" if noise is None else context.units.noise_text(noise),
                     offers=self._offers(),
-                    last_event=context.last_event,
+                    last_event=self._last_event(),
                     holds=len(own.holds) + len(own.validation),
                     rotations=len(own.rotations),
                     skipped=tuple(self.skipped.items()),
@@ -441,6 +443,12 @@ class StateMachine:
                 )
             )
         return self._status
+
+    def _last_event(self) -> Event | None:
+        """The newest event; not the advice for a place where no hold is wanted any more."""
+        newest = self.context.last_event
+        stuck = newest is not None and newest.kind is EventKind.STUCK
+        return None if stuck and not self._offers_ways_out else newest
 
     def _still_status(self) -> StillStatus:
         context, watch, needed = self.context, self.context.watch, self.stage.seconds
@@ -459,10 +467,15 @@ class StateMachine:
             spent=context.run.used,
         )
 
+    @property
+    def _offers_ways_out(self) -> bool:
+        """Whether the device has long failed to rest where a hold is wanted."""
+        return self.asking and self.context.watch.offered and self.stage.holds_here
+
     def _offers(self) -> tuple[Offer, ...]:
         """The commands that are offered now."""
         offers: list[Offer] = []
-        if self.asking and self.context.watch.offered:
+        if self._offers_ways_out:
             if self.context.watch.loosened < MAX_LOOSENED:
                 offers.append(Offer("loosen", "double the limits"))
             offers.append(Offer("take", "take it, marked hand-held"))

@@ -130,15 +130,9 @@ class Rotation:
 class Collected:
     """All measurements of the procedure: the input of the fit.
 
-    The fit uses all holds and rotations; ``up_down``, ``poses`` and ``turns`` record which of them
-    belong to which step of the procedure.
-
     Attributes:
         holds: all holds in time order.
         rotations: all motions between neighbouring holds, accepted and rejected.
-        up_down: indices of the holds that belong to the up/down step.
-        poses: indices of the holds that belong to the 18 poses.
-        turns: indices into ``rotations`` of the rotations of the rotation step.
         validation: holds withheld from the fit.
         magnetometer: all samples of the magnetometer in time order, or None without one.
         field_spans: time spans (from, to) of the field step, s, without withdrawn or disturbed
@@ -150,9 +144,6 @@ class Collected:
 
     holds: tuple[Hold, ...]
     rotations: tuple[Rotation, ...]
-    up_down: tuple[int, ...] = ()
-    poses: tuple[int, ...] = ()
-    turns: tuple[int, ...] = ()
     validation: tuple[Hold, ...] = ()
     magnetometer: Series | None = None
     field_spans: tuple[tuple[float, float], ...] = ()

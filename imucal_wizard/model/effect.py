@@ -262,6 +262,10 @@ class Effect(ABC):
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """Its parameters on this sensor, p of them."""
 
+    def stored_units(self, sensor: str) -> tuple[str, ...]:
+        """Units that the first of them may have, as the recording allows."""
+        return (self.parameters(sensor)[0].unit,)
+
     @abstractmethod
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Error ``ε`` of the input per shown unit of each parameter.

@@ -14,11 +14,12 @@ from imucal_wizard.core.quantities import (
     with_unit,
 )
 from imucal_wizard.core.readings import FloatArray, distinct
-from imucal_wizard.diagnose.bench import Bench, Entry, Rung, entries_of, falls
+from imucal_wizard.diagnose.bench import MIN_FALL_TEXT, Bench, Entry, Rung, entries_of, falls
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.views import noise_word
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
 
@@ -66,7 +67,8 @@ def _comparison(said: Diagnosis) -> list[str]:
     moving = table.moving & table.judged
     what, rows = ("rotation", moving) if moving.any() else ("hold", ~moving)
     error, number = table.residual, table.index[rows]
-    lines = [f"COMPARE  measurement − model, {what} by {what} (× noise)"]
+    noise = noise_word(table.source_of(int(np.flatnonzero(rows)[0]))[0])
+    lines = [f"COMPARE  measurement − model, {what} by {what} (× {noise})"]
     size = float(np.abs(error[rows] / table.floor[rows]).max(initial=1.0))
     for index in distinct(number):
         own = np.flatnonzero(rows)[number == index]
@@ -295,7 +297,7 @@ def refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"
-    return "only the fitted error fell, the held-out error did not clearly fall"
+    return f"only the fitted error fell, the held-out error did not fall by {MIN_FALL_TEXT}"
 
 
 def _step_name(ladder: Sequence[Rung], place: int) -> str:

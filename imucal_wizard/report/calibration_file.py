@@ -89,16 +89,23 @@ class SavedEffect(msgspec.Struct, frozen=True):
             own: the user's own effects.
 
         Raises:
-            UsageError: it is in neither the catalogue nor ``own``.
+            UsageError: it is in neither the catalogue nor ``own``, or has sizes in another unit.
         """
         try:
-            return Term(effect(self.term, own), self.variant)
+            found = effect(self.term, own)
         except UsageError as error:
             raise UsageError(
                 f"the calibration of the {self.sensor} has the effect {self.term!r}, which is none "
                 "of this program: give the file that defines it, or calibrate without it",
                 settings=("effects",),
             ) from error
+        units = found.stored_units(self.sensor)
+        if self.unit not in units:
+            raise UsageError(
+                f"the calibration of the {self.sensor} has the effect {self.term!r} in "
+                f"{self.unit!r}, and this program has it in {' or '.join(units)}: calibrate again"
+            )
+        return Term(found, self.variant)
 
 
 class AsFound(msgspec.Struct, frozen=True):

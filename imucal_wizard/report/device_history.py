@@ -5,6 +5,7 @@ The error as left is the one that the new calibration leaves.
 """
 
 import math
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import msgspec
 
 from imucal_wizard.core.dates import seconds_of
 from imucal_wizard.core.errors import ImucalError, UsageError
+from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.calibration_file import AsFound, Calibration, read_calibration
 from imucal_wizard.report.proof import Proof, own
 from imucal_wizard.sessions import default_directory
@@ -21,7 +23,12 @@ from imucal_wizard.sessions.history import DeviceHistory
 
 
 def save_in_history(
-    calibration: Calibration, path: Path, folder: Path | None, *, force: bool = False
+    calibration: Calibration,
+    path: Path,
+    folder: Path | None,
+    *,
+    force: bool = False,
+    effects: Sequence[Effect] = (),
 ) -> list[str]:
     """Save a calibration; where it names its device, keep it in the device's history.
 
@@ -30,6 +37,7 @@ def save_in_history(
         path: the file to write.
         folder: of sessions and histories; None for the user's.
         force: write the sensors that are not usable, too.
+        effects: the user's own that this calibration or the one before may have.
 
     Returns:
         What was saved and left out, and what to know of the history, in lines.
@@ -44,7 +52,7 @@ def save_in_history(
         return says
     with Catalogue(folder or default_directory()) as catalogue:
         try:
-            calibration = _with_as_found(calibration, catalogue)
+            calibration = _with_as_found(calibration, catalogue, effects)
         except ImucalError as error:  # the calibration before is damaged or of another kind
             says.append(f"as found is not known: {error}")
         calibration.save(path, force=force)
@@ -63,7 +71,9 @@ def saved_text(calibration: Calibration, path: Path, *, force: bool = False) -> 
     return f"saved: {path}{without}"
 
 
-def _with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibration:
+def _with_as_found(
+    calibration: Calibration, catalogue: Catalogue, effects: Sequence[Effect]
+) -> Calibration:
     """The calibration with its error by the one before, of each sensor that has both.
 
     Raises:
@@ -75,12 +85,12 @@ def _with_as_found(calibration: Calibration, catalogue: Catalogue) -> Calibratio
     before = read_calibration(path)
     same = {
         name: correction
-        for name, correction in own(before).items()
+        for name, correction in own(before, effects).items()
         if name in calibration.sensors
         and before[name].bias_unit == calibration[name].bias_unit
         and before[name].unit == calibration[name].unit
     }
-    errors = Proof(calibration).errors(same, frame=True)
+    errors = Proof(calibration, effects).errors(same, frame=True)
     sensors = {
         name: msgspec.structs.replace(one, as_found=AsFound(errors[name], path.name, before.date))
         if name in errors

@@ -18,7 +18,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.input import read_document
-from imucal_wizard.core.quantities import number, plus_minus, unit_sign, value_and_error
+from imucal_wizard.core.quantities import number, plus_minus, readable, value_and_error
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass, fields_of
 from imucal_wizard.core.units import ACCELERATION_UNITS, RATE_UNITS
@@ -353,9 +353,9 @@ def difference_table(
             total += one.p is not None
             odd = one.p is not None and one.p < SIGNIFICANT
             marked += odd
-            sign = unit_sign(one.unit)
+            factor, sign = readable(one.unit)
             label = f"{'▸' if odd else ' '} {name}{f' [{sign}]' if sign else ''}"
-            table.append((label, *(_many(one) if many else _two(one))))
+            table.append((label, *(_many(one, factor) if many else _two(one, factor))))
     widths = fitting_widths(table)
     lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
     lines += [table_row(cells, widths) if cells else "" for cells in table]
@@ -370,21 +370,22 @@ def difference_table(
     return "\n".join(lines)
 
 
-def _two(one: Difference) -> tuple[str, ...]:
+def _two(one: Difference, factor: float) -> tuple[str, ...]:
     """Both values with the decimals of the difference's error."""
-    error = one.standard_error
+    error = None if one.standard_error is None else factor * one.standard_error
     first, second = (
-        number(v, 5) if not error else value_and_error(v, error)[0] for v in one.values
+        number(factor * v, 5) if not error else value_and_error(factor * v, error)[0]
+        for v in one.values
     )
-    away = plus_minus(one.difference, error)
+    away = plus_minus(factor * one.difference, error)
     share = one.per_cent if one.per_cent and abs(one.per_cent) < MAX_PER_CENT else None
     return first, second, away, number(share, 2), _chance(one.p)
 
 
-def _many(one: Difference) -> tuple[str, ...]:
-    predicted = one.predicted_standard_deviation
-    scatter = number(one.standard_deviation)
-    return number(one.mean, 5), scatter, number(predicted), _chance(one.p)
+def _many(one: Difference, factor: float) -> tuple[str, ...]:
+    scatters = one.standard_deviation, one.predicted_standard_deviation
+    mean, *scattered = (None if v is None else factor * v for v in (one.mean, *scatters))
+    return number(mean, 5), *map(number, scattered), _chance(one.p)
 
 
 def _chance(p: float | None) -> str:

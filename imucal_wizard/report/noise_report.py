@@ -170,6 +170,9 @@ def _px4(sensor: SensorAtRest) -> dict[str, float | None] | None:
     return {name: None if value is None else value / step for name, value in found.items()}
 
 
+_NO_DEVIATION = "a deviation is missing or negative"
+
+
 def read_noise(path: Path) -> dict[str, Any]:
     """Read a document of noise back.
 
@@ -184,12 +187,22 @@ def read_noise(path: Path) -> dict[str, Any]:
             lengths = {len(sensor["tau"]), *(len(one) for one in sensor["deviation"].values())}
             every = [*sensor["tau"], *(v for one in sensor["deviation"].values() for v in one)]
             if len(lengths) != 1 or not all(0.0 <= float(value) < math.inf for value in every):
-                raise ValueError("a deviation for each tau, not negative")
+                raise ValueError(_NO_DEVIATION)
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise RecordingError(
-            f"{path} is damaged or was edited by hand ({error!r}); take the file as it was written"
+            f"{path} is damaged or was edited by hand: {_fault(error)}. "
+            "Take the file as it was written."
         ) from error
     return dict(found)
+
+
+def _fault(error: Exception) -> str:
+    """What a document of noise lacks, in words."""
+    if isinstance(error, KeyError):
+        return f'"{error.args[0]}" is missing'
+    if isinstance(error, ValueError) and error.args == (_NO_DEVIATION,):
+        return _NO_DEVIATION
+    return "a value is of another kind than this program writes"
 
 
 def noise_for_export(document: Mapping[str, Any]) -> dict[str, dict[str, float]]:

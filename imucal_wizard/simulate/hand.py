@@ -53,9 +53,6 @@ class VirtualHand:
         shaken: whether a following hand holds every third pose on a vibrating support.
         following: it follows the procedure's instructions.
 
-    Attributes:
-        shaken: the same.
-
     Raises:
         UsageError: the rate is not between 0 and ``MAX_RATE``, or there is no such pose.
     """
@@ -71,7 +68,6 @@ class VirtualHand:
     ) -> None:
         if not 0.0 < rate <= MAX_RATE:
             raise UsageError(f"a rate of {rate:g} samples per second is impossible; give 100")
-        self.shaken = shaken
         self._rate = rate
         self._mover = Mover(rate, seed, up)
         self._lock = threading.RLock()

@@ -63,7 +63,7 @@ GYROSCOPE_TERMS: dict[str, HiddenTerm] = {
     "g-sensitivity": HiddenTerm(forward.g_sensitivity, "°/s/g", DEGREE, letters=2),
     "g2-sensitivity": HiddenTerm(forward.g2_sensitivity, "°/s/g²", DEGREE, letters=2),
     "anisoelastic": HiddenTerm(forward.anisoelastic, "°/s/g²", DEGREE, letters=3),
-    "second-order": HiddenTerm(forward.second_order, "1e-5/(°/s)", 1e-5 * DEGREE),
+    "second-order": HiddenTerm(forward.second_order, "ppm/(°/s)", 1e-6 * DEGREE),
     "asymmetry": HiddenTerm(forward.asymmetry, "1e-3", 1e-3 * DEGREE),
     "third-order": HiddenTerm(forward.third_order, "1e-7/(°/s)²", 1e-7 * DEGREE),
     "cross-product": HiddenTerm(forward.cross_product, "1e-5/(°/s)", 1e-5 * DEGREE, letters=3),

@@ -342,7 +342,8 @@ class WizardServices:
                 return path, [saved_text(made, path, force=force)]
             if not path.exists() or says_the_same(path, kept, described=False):
                 break  # another name of the device is no other calibration
-        return path, save_in_history(made, path, self.sources.directory(), force=force)
+        folder, effects = self.sources.directory(), self._options.effects
+        return path, save_in_history(made, path, folder, force=force, effects=effects)
 
     def _first_name(self) -> Path:
         """The name for the calibration if no other file has it."""
@@ -413,10 +414,16 @@ class WizardServices:
     def export(self, saved: Path, target: str) -> "Exported":
         """Write a saved calibration for another program, beside it."""
         from imucal_wizard.report.calibration_file import read_calibration
-        from imucal_wizard.report.exports import path_beside, target_named, write_export
+        from imucal_wizard.report.exports import (
+            ExportSettings,
+            path_beside,
+            target_named,
+            write_export,
+        )
 
         path = path_beside(saved, target_named(target))
-        return write_export(read_calibration(saved), target, path)
+        settings = ExportSettings(effects=self._options.effects)
+        return write_export(read_calibration(saved), target, path, settings)
 
     def session_elsewhere(self) -> Path | None:
         """A file for the session on another disk; None if there is no other one."""

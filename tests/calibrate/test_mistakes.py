@@ -106,14 +106,24 @@ def test_swapped_gyroscope_axes_are_told() -> None:
 def test_a_negated_gyroscope_axis_is_told() -> None:
     """Sign and all."""
     report = fit_readings(with_gyroscope(session(), lambda y: y * [1.0, 1.0, -1.0]))
-    assert _warned(report, "axes", "+x, +y, -z")
+    assert _warned(report, "axes", "+x, +y, -z", "No mounting does this: one axis is mirrored")
 
 
 def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
     """Its magnitude cannot show it; gravity then turns the other way than the rates say."""
     report = fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 1.0, -1.0]))
-    assert _warned(report, "axes do not match the accelerometer's")
+    assert _warned(report, "axes do not match the accelerometer's", "accelerometer's z axis")
     assert (report.sensors["accelerometer"].rms_held_out or 1.0) < 0.01
+
+
+def test_a_device_with_one_axis_mirrored_in_both_sensors_is_told() -> None:
+    """A rate is an axial vector: all three rates then seem to have the wrong sign."""
+
+    def mirrored(y: FloatArray) -> FloatArray:
+        return y * [1.0, -1.0, 1.0]
+
+    report = fit_readings(with_gyroscope(with_accelerometer(session(), mirrored), mirrored))
+    assert _warned(report, "-x, -y, -z", "one axis of both sensors is mirrored")
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_two_calibrations_differ_by_their_errors_together(
     said = capsys.readouterr().out
     assert "▸ 0 of 2 parameters differ" in said
     row = next(line.split() for line in said.splitlines() if "bias_x" in line)
-    assert row == ["bias_x", "[m/s²]", "0.2000", "0.2100", "0.0100", "±", "0.0050", "5.0", "0.053"]
+    assert row == ["bias_x", "[mg]", "20.39", "21.41", "1.02", "±", "0.51", "5.0", "0.053"]
 
 
 def test_the_scatter_of_ten_sets_stands_beside_the_one_predicted(

@@ -28,7 +28,7 @@ ASYMMETRY = Explained(effect("asymmetry"), None, np.array([3.0, 0.0, 0.0]))
 
 def gyroscope(rotations: int) -> Bench:
     """A gyroscope that bends on its x axis, turned so often about each axis."""
-    report, readings = fitted("gyroscope/second-order:2:x", seed=4, rotations=rotations)
+    report, readings = fitted("gyroscope/second-order:20:x", seed=4, rotations=rotations)
     bench = Benches(report, readings).bench("gyroscope")
     assert bench is not None
     return bench

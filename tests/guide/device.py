@@ -11,6 +11,7 @@ from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state import Event
 from imucal_wizard.guide.state_machine import StateMachine
+from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.measurement.requests import MeasurementRequest
 
 RATE = 100.0
@@ -194,3 +195,13 @@ def pose_asked(pose: str, why: str = "", *, warm: bool = False) -> MeasurementRe
     """A named pose."""
     x, y, z = DIRECTIONS[pose].tolist()
     return MeasurementRequest((x, y, z), pose, why, warm)
+
+
+def holds_of(machine: StateMachine, step: StepKind) -> list[Hold]:
+    """The holds that count for a step, in time order."""
+    return [kept.hold for kept in machine.context.measurements.holds if step in kept.ticks]
+
+
+def rotations_of(machine: StateMachine) -> list[Rotation]:
+    """The rotations that count, in time order."""
+    return [kept.rotation() for kept in machine.context.measurements.rotations if kept.counts]

@@ -45,6 +45,8 @@ def _poses() -> dict[str, Moment]:
     device = Device()
     machine = machine_at(StepKind.UP_DOWN, device)
     found = {"up/down, lies in a pose that is taken": (Act.POSE, machine.status())}
+    machine.feed(device.shake(30.0, force=0.06, rate=0.002).taken())
+    found["up/down, trembles in a pose that is taken"] = (Act.POSE, machine.status())
     machine.feed(device.rotate("y", -40.0).taken())
     found["up/down, on the way"] = (Act.POSE, machine.status())
     machine.feed(device.rotate("y", -50.0).taken())
@@ -74,7 +76,7 @@ def _poses() -> dict[str, Moment]:
     machine.feed(device.place(other).rest(0.9).taken())
     found["poses, another missing pose"] = (Act.HOLD, machine.status())
     machine.feed(device.shake(40.0, force=0.5, rate=0.05).taken())
-    found["poses, trembling for long"] = (machine.status().act, machine.status())
+    found["poses, trembling for long"] = (Act.HOLD, machine.status())
     machine.command("take")
     found["poses, taken hand-held"] = (Act.POSE, machine.status())
     machine.command("remeasure")
@@ -123,6 +125,10 @@ def _rotations() -> dict[str, Moment]:
     machine.feed(device.taken())
     machine.command("back")
     found["rotations, all taken"] = (Act.DONE, machine.status())
+    machine.command("repeat")
+    machine.feed(device.place("+z").rest(2.0).rotate("x", 60.0).taken())
+    machine.feed(device.shake(20.0, force=0.06, rate=0.002).taken())
+    found["rotations, trembles where it has stopped"] = (Act.HOLD, machine.status())
     return found
 
 

@@ -9,7 +9,7 @@ from imucal_wizard.estimate.recording import fit_collected
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.guide.up_direction import UpEstimate, guessed_offset
-from tests.guide.device import QUICK, RATE, Device
+from tests.guide.device import QUICK, RATE, Device, holds_of, rotations_of
 
 XSENS = (134.0, 3200.0), 32768.0
 SIGNED = (16384.0 / 9.80665, 131.0 * 180.0 / np.pi), 0.0
@@ -37,9 +37,8 @@ def test_poses_and_rotations_in_counts(scale: tuple[float, float], offset: float
     machine, readings = counting(device, scale, offset)
     machine.feed(readings)
     assert machine.status().step is StepKind.RESULT
-    collected = machine.collected()
-    assert {collected.holds[index].pose for index in collected.poses} == {*FACES, *EDGES}
-    assert len(collected.turns) >= 6
+    assert {hold.pose for hold in holds_of(machine, StepKind.POSES)} == {*FACES, *EDGES}
+    assert len(rotations_of(machine)) >= 6
 
 
 def test_a_gyroscope_in_counts_is_calibrated_from_what_the_wizard_collects() -> None:
@@ -104,9 +103,9 @@ def test_angles_beyond_half_a_circle_are_told_by_the_gyroscopes_sense() -> None:
     machine.command("goto", "rotations")
     machine.feed(part_from(readings, 4.0))
     assert machine.status().rotation is not None
-    turns = machine.collected().turns
-    assert [machine.collected().rotations[index].axis for index in turns] == ["x", "x"]
-    assert machine.collected().rotations[turns[1]].problem is None
+    turns = rotations_of(machine)
+    assert [one.axis for one in turns] == ["x", "x"]
+    assert turns[1].problem is None
 
 
 def part_until(readings: Readings, time: float) -> Readings:

@@ -50,6 +50,8 @@ def agrees(name: str, status: Status) -> None:
     if status.last_event is not None and status.act is not Act.LAY_DOWN:
         assert COMMANDS.search(status.last_event.text) is None, (name, status.last_event.text)
     assert COMMANDS.search(status.reason) is None, (name, status.reason)
+    if "take" in [offer.command for offer in status.offers]:
+        assert status.act in (Act.HOLD, Act.LAY_DOWN), name
 
 
 def test_a_moment_has_the_one_instruction_that_is_right_in_it() -> None:

@@ -12,7 +12,7 @@ from imucal_wizard.measurement.requests import (
     requests_from_text,
     requests_to_text,
 )
-from tests.guide.device import Device, machine_at, part, pose_asked, texts
+from tests.guide.device import Device, machine_at, part, pose_asked, rotations_of, texts
 
 CORNERS = ("+x+y+z", "-x-y+z")
 
@@ -120,7 +120,7 @@ def test_turns_are_taken_like_those_of_the_plan() -> None:
     assert status.progress == (1.0, 2.0)
     machine.feed(device.rotate("x", -90.0).rest(2.0).taken())
     assert machine.status().step is StepKind.RESULT
-    assert len(machine.collected().turns) == 2
+    assert len(rotations_of(machine)) == 2
 
 
 def test_undo_takes_back_the_last_turn_and_not_the_hold_that_ends_it() -> None:

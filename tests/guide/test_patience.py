@@ -3,7 +3,7 @@
 import pytest
 
 from imucal_wizard.core.limits.procedure import MAX_LOOSENED
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from tests.guide.device import Device, kinds, machine_at, texts
 
 
@@ -51,9 +51,35 @@ def test_a_hold_that_breaks_again_and_again_is_offered_ways_out_too() -> None:
 def test_a_device_that_is_being_carried_does_not_loosen_the_limits() -> None:
     device = Device()
     machine = machine_at(StepKind.POSES, device)
+    device.place("+x")
     events = machine.feed(device.shake(100.0, force=5.0, rate=2.0).taken())
     assert kinds(events).count(EventKind.STUCK) == 1
     assert machine.status().still.loosened == 1.0
+
+
+def test_no_way_out_is_offered_where_no_hold_is_wanted() -> None:
+    """In a pose that is taken the one instruction is to turn it into another one."""
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    wanted = machine.status().wanted
+    events = machine.feed(device.shake(60.0, force=0.06, rate=0.002).taken())
+    assert machine.status().act is Act.POSE
+    assert machine.status().wanted == wanted
+    assert machine.status().offers == ()
+    assert EventKind.STUCK not in kinds(events)
+    assert machine.status().still.loosened == 1.0
+
+
+def test_the_way_out_is_no_longer_advised_once_the_device_has_left() -> None:
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.feed(device.place("+x").shake(17.0, force=0.06, rate=0.002).taken())
+    event = machine.status().last_event
+    assert event is not None
+    assert event.kind is EventKind.STUCK
+    machine.feed(device.rotate("y", 60.0).taken())
+    assert machine.status().offers == ()
+    assert machine.status().last_event is None
 
 
 def test_the_limits_have_an_end() -> None:

@@ -8,7 +8,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.guide.kinds import Act, EventKind, StepKind
 from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state_machine import StateMachine
-from tests.guide.device import QUICK, RATE, Device, kinds, machine_at, texts
+from tests.guide.device import QUICK, RATE, Device, holds_of, kinds, machine_at, texts
 
 CENTRED = list(np.random.default_rng(4).permutation([*FACES, *EDGES]))
 
@@ -18,7 +18,7 @@ def test_the_hold_of_the_settle_step_counts_as_the_face_it_lies_on() -> None:
     machine = machine_at(StepKind.UP_DOWN, device)
     machine.feed(device.rest(0.2).taken())
     assert machine.status().done == ("-y",)
-    assert machine.collected().up_down == (0,)
+    assert len(holds_of(machine, StepKind.UP_DOWN)) == len(machine.collected().holds) == 1
 
 
 def test_poses_are_taken_in_any_order() -> None:
@@ -26,7 +26,7 @@ def test_poses_are_taken_in_any_order() -> None:
     machine = machine_at(StepKind.POSES, device)
     machine.feed(device.poses(CENTRED).taken())
     assert machine.status().step is StepKind.ROTATIONS
-    taken = [machine.collected().holds[index].pose for index in machine.collected().poses]
+    taken = [hold.pose for hold in holds_of(machine, StepKind.POSES)]
     assert taken == CENTRED
 
 
@@ -89,7 +89,7 @@ def test_an_unnamed_pose_shows_its_distance_and_is_kept_for_the_fit() -> None:
     assert wrong[0].startswith("Held 35° off")
     assert machine.status().done == ()
     assert machine.collected().holds[-1].pose is None
-    assert machine.collected().poses == ()
+    assert holds_of(machine, StepKind.POSES) == []
 
 
 def test_the_faces_are_taken_again_after_a_move() -> None:
@@ -113,7 +113,7 @@ def test_the_faces_of_the_up_down_step_can_be_counted() -> None:
     status = machine.status()
     assert set(status.done) == set(FACES)
     assert "count-faces" not in {offer.command for offer in status.offers}
-    assert set(machine.collected().up_down) == set(machine.collected().poses)
+    assert holds_of(machine, StepKind.UP_DOWN) == holds_of(machine, StepKind.POSES)
 
 
 def test_faces_count_twice_when_the_procedure_says_so() -> None:

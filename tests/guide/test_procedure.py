@@ -7,7 +7,16 @@ import numpy as np
 from imucal_wizard.core.poses import EDGES, FACES
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.state_machine import StateMachine
-from tests.guide.device import QUICK, RATE, Device, kinds, machine_at, texts
+from tests.guide.device import (
+    QUICK,
+    RATE,
+    Device,
+    holds_of,
+    kinds,
+    machine_at,
+    rotations_of,
+    texts,
+)
 
 ANGLES = (90.0, -75.0, 140.0, -165.0, 60.0, -130.0)
 
@@ -31,9 +40,9 @@ def test_the_procedure_is_led_from_the_source_to_the_result_without_a_key() -> N
     status, collected = machine.status(), machine.collected()
     assert status.step is StepKind.RESULT
     assert events[-1].kind is EventKind.FINISHED
-    assert len(collected.up_down) == 6
-    assert {collected.holds[index].pose for index in collected.poses} == {*FACES, *EDGES}
-    assert len(collected.turns) == 18
+    assert len(holds_of(machine, StepKind.UP_DOWN)) == 6
+    assert {hold.pose for hold in holds_of(machine, StepKind.POSES)} == {*FACES, *EDGES}
+    assert len(rotations_of(machine)) == 18
     starts = [hold.start for hold in collected.holds]
     assert starts == sorted(starts)
     assert np.all(np.diff(starts) > 2.0)
@@ -57,9 +66,8 @@ def test_a_recording_gives_no_instructions() -> None:
     assert machine.status().step is StepKind.ROTATIONS
     assert machine.status().skipped == ()
     assert EventKind.WRONG_POSE not in kinds(events)
-    collected = machine.collected()
-    assert {collected.holds[i].pose for i in collected.poses} == {*FACES, *EDGES}
-    assert {collected.holds[i].pose for i in collected.up_down} == set(FACES)
+    assert {hold.pose for hold in holds_of(machine, StepKind.POSES)} == {*FACES, *EDGES}
+    assert {hold.pose for hold in holds_of(machine, StepKind.UP_DOWN)} == set(FACES)
 
 
 def test_a_person_is_asked_for_the_faces_again() -> None:
@@ -69,4 +77,4 @@ def test_a_person_is_asked_for_the_faces_again() -> None:
     events = machine.feed(device.poses(["+x+y", *FACES]).taken())
     assert EventKind.WRONG_POSE in kinds(events)
     assert machine.status().step is StepKind.POSES
-    assert machine.collected().poses == ()
+    assert holds_of(machine, StepKind.POSES) == []

@@ -12,7 +12,7 @@ from imucal_wizard.guide.plan import standard
 from imucal_wizard.guide.state import RotationStatus
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.clipping import clipped_axis
-from tests.guide.device import Device, kinds, machine_at, texts
+from tests.guide.device import Device, kinds, machine_at, rotations_of, texts
 
 
 def rotating() -> tuple[Device, StateMachine]:
@@ -36,8 +36,7 @@ def test_a_rotation_between_holds_is_taken_with_its_angle(degrees: float) -> Non
 def test_the_samples_go_from_inside_one_hold_to_inside_the_other() -> None:
     device, machine = rotating()
     machine.feed(device.rotate("x", 90.0).rest(3.0).rotate("x", -90.0).rest(2.0).taken())
-    collected = machine.collected()
-    rotations = [collected.rotations[index] for index in collected.turns]
+    rotations = rotations_of(machine)
     assert len(rotations) == 2
     for rotation in rotations:
         assert rotation.before.start < rotation.time[0] < rotation.before.end
@@ -129,7 +128,7 @@ def test_what_is_asked_for_about_each_axis_has_both_senses_and_three_speeds() ->
         angles = seen[axis].done
         assert seen[axis].senses, (axis, angles)
         assert seen[axis].speeds == 3, (axis, angles)
-    assert len(machine.collected().turns) == 12, turned
+    assert len(rotations_of(machine)) == 12, turned
 
 
 def test_motion_under_the_wrong_axis_is_rejected_and_says_which_it_was() -> None:
@@ -144,7 +143,7 @@ def test_a_small_rotation_is_rejected() -> None:
     device, machine = rotating()
     events = machine.feed(device.rotate("x", 12.0).rest(2.0).taken())
     assert "only +12° of at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
-    assert machine.collected().turns == ()
+    assert rotations_of(machine) == []
     events = machine.feed(device.rotate("x", 19.7).rest(2.0).taken())
     assert "only +19° of at least 20°" in texts(events, EventKind.ROTATION_REJECTED)[0]
 
@@ -178,7 +177,7 @@ def test_a_rotation_that_took_longer_than_a_minute_is_dropped_with_the_reason() 
     device.rotate("x", 45.0).shake(61.0, force=5.0, rate=1.0).rotate("x", 45.0).rest(2.0)
     events = machine.feed(device.taken())
     assert "longer than 60 s" in texts(events, EventKind.ROTATION_REJECTED)[0]
-    assert machine.collected().turns == ()
+    assert rotations_of(machine) == []
 
 
 def test_the_start_pose_is_asked_for_until_the_axis_lies_level() -> None:

@@ -54,7 +54,7 @@ ACCELEROMETER: dict[str, tuple[float, float, float]] = {
 }
 """mg on x, y and z for 1 shown unit (mg/g², mg/g …, ppm/°C) on that axis."""
 GYROSCOPE: dict[str, tuple[float, float, float]] = {
-    "second-order": (0.1, 0.0, 0.004),
+    "second-order": (0.01, 0.0, 0.0004),
     "asymmetry": (0.1, 0.0, 0.02),
     "third-order": (0.1, 0.0, -0.0008),
     "scale-step": (1e-4, 0.0, -2e-5),
@@ -64,7 +64,7 @@ GYROSCOPE: dict[str, tuple[float, float, float]] = {
     "bias-drift": (2.0, 2.0, 2.0),
     "bias-step": (1.0, 1.0, 1.0),
 }
-"""°/s on x, y and z for 1 shown unit (1e-5/(°/s), 1e-3, 1e-7/(°/s)², ppm/°C …) on that axis."""
+"""°/s on x, y and z for 1 shown unit (ppm/(°/s), 1e-3, 1e-7/(°/s)², ppm/°C …) on that axis."""
 
 
 @pytest.mark.parametrize("name", ACCELEROMETER)

@@ -40,8 +40,8 @@ def test_a_formula_gives_the_columns_of_the_effect_it_spells(text: str, name: st
 
 
 def test_a_formula_of_the_gyroscope_is_in_degrees_per_second() -> None:
-    """``1e-5*k*w**2`` is the second-order term; named coefficients are shared between axes."""
-    square = FormulaEffect("1e-5*k*w**2", "gyroscope")
+    """``1e-6*k*w**2`` is the second-order term; named coefficients are shared between axes."""
+    square = FormulaEffect("1e-6*k*w**2", "gyroscope")
     expected = effect("second-order").columns("gyroscope", session_rotations())
     np.testing.assert_allclose(
         square.columns("gyroscope", session_rotations()), expected, atol=1e-18

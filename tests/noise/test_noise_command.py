@@ -5,6 +5,7 @@ import gzip
 import json
 import threading
 import tracemalloc
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -247,6 +248,30 @@ def test_brackets_without_end_are_refused_as_noise(tmp_path: Path) -> None:
         RecordingError, match="is not the result of a noise measurement: it is not JSON"
     ):
         read_noise(path)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda one: one.pop("tau"), '"tau" is missing'),
+        (lambda one: one["tau"].pop(), "a deviation is missing or negative"),
+        (lambda one: one["tau"].__setitem__(0, "?"), "a value is of another kind"),
+        (lambda one: one.__setitem__("axes", []), "a value is of another kind"),
+    ],
+)
+def test_a_damaged_document_of_noise_is_refused_in_words(
+    spoil: Callable[[dict[str, Any]], object], says: str, tmp_path: Path
+) -> None:
+    recording, path = tmp_path / "rest.csv", tmp_path / "noise.json"
+    recording.write_bytes(csv_of(TIME[:4000], force(8110, 4000)))
+    assert main(["noise", str(recording), "--json", str(path)]) == 0
+    document = json.loads(path.read_bytes())
+    spoil(document["sensors"]["accelerometer"])
+    path.write_text(json.dumps(document))
+    with pytest.raises(RecordingError, match="is damaged or was edited by hand: ") as refused:
+        read_noise(path)
+    assert says in str(refused.value)
+    assert "Error(" not in str(refused.value)
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,19 @@ import pytest
 
 from imucal_wizard.api import load
 from imucal_wizard.cli.main import main
+from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.recording import fit_readings
-from imucal_wizard.report.calibration_file import Sensor
-from imucal_wizard.report.calibration_record import from_report, sensor_record
+from imucal_wizard.model.catalogue import load_effect
+from imucal_wizard.report.calibration_file import Sensor, read_calibration
+from imucal_wizard.report.calibration_record import described, from_report, sensor_record
+from imucal_wizard.report.device_history import save_in_history
+from imucal_wizard.tui.options import WizardOptions
+from imucal_wizard.tui.services import WizardServices
 from tests.diagnose.recordings import MG, fitted, tumbled
 
 
@@ -128,6 +133,15 @@ def test_an_effect_that_is_not_known_here_is_named(tmp_path: Path) -> None:
         load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
 
 
+def test_an_effect_in_another_unit_is_not_applied(tmp_path: Path) -> None:
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path = written(benches, tmp_path / "c.json")
+    path.write_text(path.read_text().replace('"mg/g²"', '"µg/g²"'))
+    with pytest.raises(UsageError, match=r"'second-order' in 'µg/g²'.* has it in mg/g²"):
+        load(path).sensors["accelerometer"].apply(np.zeros((1, 3)))
+
+
 OWN_EFFECT = """
 from imucal_wizard.model.effects.second_order import SecondOrder
 
@@ -150,6 +164,34 @@ def test_report_and_export_take_an_effect_of_the_users_own(tmp_path: Path) -> No
         assert main(call) == 2
         assert main([*call, "--effects", str(own)]) == 0
         assert place.exists()
+    with pytest.raises(UsageError, match="my-own"):
+        WizardServices(WizardOptions()).export(path, "ardupilot")
+    wizard = WizardServices(WizardOptions(effects=(load_effect(own),)))
+    assert wizard.export(path, "ardupilot").path.exists()
+
+
+def test_the_error_as_found_takes_an_effect_of_the_users_own(tmp_path: Path) -> None:
+    """Of the calibration before, which has the effect."""
+    benches = Benches(*fitted("second-order:5:x"))
+    benches.accelerometer.add("second-order")
+    path, own = written(benches, tmp_path / "c.json"), tmp_path / "own.py"
+    path.write_text(path.read_text().replace("second-order", "my-own"))
+    own.write_text(OWN_EFFECT)
+    made = [
+        described(
+            read_calibration(path),
+            Description("arm"),
+            measured=f"2031-03-{day:02d}",
+            session=f"{day}",
+        )
+        for day in (1, 20)
+    ]
+    effects, folder = [load_effect(own)], tmp_path / "s"
+    for number, one in enumerate(made):
+        save_in_history(one, tmp_path / f"{number}.json", folder, effects=effects)
+    sensor = read_calibration(tmp_path / "1.json")["accelerometer"]
+    assert sensor.as_found is not None
+    assert sensor.as_found.error == pytest.approx(sensor.rms_fitted, rel=0.01)
 
 
 def test_a_magnetometers_effects_are_saved_in_the_accelerometers_frame(tmp_path: Path) -> None:

@@ -552,7 +552,7 @@ def test_words_of_a_calibration_add_no_line_to_the_file_of_another_program(
     loose |= {"program": "1 */\nset evil = 1\\", "created": "2026-01-02 */\r\nset evil = 2"}
     for sensor in loose["sensors"].values():
         for one in sensor["effects"]:
-            one |= {"equation": "*/ set evil = 3", "unit": "*/\nset evil = 4"}
+            one |= {"equation": "*/ set evil = 3"}
     made = msgspec.convert(loose, Calibration)
     for path in write_export(made, name, tmp_path / "out").files:
         lines = path.read_bytes().decode(errors="replace").splitlines()

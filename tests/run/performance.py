@@ -38,18 +38,14 @@ def same(one: Collected, other: Collected) -> bool:
     """Whether two collections agree to the last bit."""
     holds = zip((*one.holds, *one.validation), (*other.holds, *other.validation), strict=True)
     turns = zip(one.rotations, other.rotations, strict=True)
-    return (
-        all(
-            (a.start, a.end, a.samples, a.pose) == (b.start, b.end, b.samples, b.pose)
-            and np.array_equal(a.accelerometer, b.accelerometer)
-            and np.array_equal(a.accelerometer_covariance, b.accelerometer_covariance)
-            for a, b in holds
-        )
-        and all(
-            (a.axis, a.problem) == (b.axis, b.problem)
-            and np.array_equal(a.time, b.time)
-            and np.array_equal(a.rate, b.rate)
-            for a, b in turns
-        )
-        and (one.up_down, one.poses, one.turns) == (other.up_down, other.poses, other.turns)
+    return all(
+        (a.start, a.end, a.samples, a.pose) == (b.start, b.end, b.samples, b.pose)
+        and np.array_equal(a.accelerometer, b.accelerometer)
+        and np.array_equal(a.accelerometer_covariance, b.accelerometer_covariance)
+        for a, b in holds
+    ) and all(
+        (a.axis, a.problem) == (b.axis, b.problem)
+        and np.array_equal(a.time, b.time)
+        and np.array_equal(a.rate, b.rate)
+        for a, b in turns
     )

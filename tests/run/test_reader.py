@@ -61,7 +61,7 @@ def test_the_virtual_imu_is_read_written_down_and_taken_up_again(tmp_path: Path,
     assert (stream.lost, stream.malformed) == (0, 0)
     assert stream.rate == pytest.approx(100.0)
     measured = reader.collected()
-    assert len(measured.turns) == 6
+    assert len([one for one in measured.rotations if one.axis and not one.problem]) >= 6
     resumed = resume_session(path)
     resumed.prepare(resumed.engine)
     assert same(resumed.engine.collected(), measured)

@@ -70,7 +70,7 @@ def test_a_session_that_was_never_started_is_played_as_a_recording(tmp_path: Pat
     sat(path, start=False)
     player = played(path)
     assert player.snapshot().status.step is StepKind.RESULT
-    assert len(player.collected().poses) >= 18
+    assert len(player.collected().holds) >= 18
     player.stop()
 
 

@@ -84,7 +84,7 @@ def test_an_accelerometer_effect_moves_its_axis_by_its_equation_and_nothing_else
 RATE_EQUATIONS: dict[str, Callable[[Motion], FloatArray]] = {
     "g-sensitivity": lambda m: _force(m, 1),
     "g2-sensitivity": lambda m: _force(m, 1) ** 2,
-    "second-order": lambda m: 1e-5 * (m.rate[:, 1] / DEGREE) ** 2,
+    "second-order": lambda m: 1e-6 * (m.rate[:, 1] / DEGREE) ** 2,
     "asymmetry": lambda m: 1e-3 * np.abs(m.rate[:, 1] / DEGREE),
     "third-order": lambda m: 1e-7 * (m.rate[:, 1] / DEGREE) ** 3,
     "cross-product": lambda m: 1e-5 * m.rate[:, 1] * m.rate[:, 2] / DEGREE**2,

@@ -13,9 +13,10 @@ from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.simulate.follow import FOLLOW_SHAKE_RMS
 from imucal_wizard.simulate.hand import VirtualHand
-from imucal_wizard.simulate.imu import VirtualImu
+from imucal_wizard.simulate.hidden import needs_shaking, parse_hidden
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.scripts import FACE_NAMES
+from tests.guide.device import holds_of
 from tests.simulate.sensors import ideal
 
 RECTIFICATION = 500.0
@@ -58,7 +59,7 @@ def test_every_third_pose_is_taken_from_a_shaking_support_and_errs_by_its_mean_s
     """The wizard loosens its limits for it, and takes them back for the next calm pose."""
     machine, readings = _held()
     assert machine.status().step is StepKind.RESULT
-    poses = [machine.collected().holds[index] for index in machine.collected().poses]
+    poses = holds_of(machine, StepKind.POSES)
     square = np.array([_vibration(hold, readings).sum() for hold in poses])
     shaken = square > 0.1 * FOLLOW_SHAKE_RMS**2
     assert len(poses) == 6
@@ -79,4 +80,4 @@ def test_every_third_pose_is_taken_from_a_shaking_support_and_errs_by_its_mean_s
 def test_the_support_shakes_only_where_that_is_to_be_seen(
     hidden: tuple[str, ...], shaken: bool
 ) -> None:
-    assert VirtualImu(hidden=hidden).hand.shaken is shaken
+    assert needs_shaking([parse_hidden(one) for one in hidden]) is shaken

@@ -232,6 +232,9 @@ def test_a_gyroscope_that_waits_for_the_accelerometer_is_not_ticked(benches: Ben
     snapshot = bench_snapshot(benches, gyroscope)
     assert snapshot.diagnosis.verdict is Verdict.WAITING
     assert snapshot.style == "warn"
+    turns, *_, resting = (view for view in snapshot.views if view.model is None)
+    assert "noise and reference error of each point" in turns.legend  # not what noise alone leaves
+    assert "noise of each point" in resting.legend
 
 
 def test_a_guess_is_judged_line_by_line(snapshot: BenchSnapshot) -> None:
@@ -260,6 +263,15 @@ def test_where_noise_explains_all_the_right_guess_is_that_nothing_is_missing(
 ) -> None:
     bench.add("second-order")
     snapshot = bench_snapshot(benches, bench)
+    selection = Selection()
+    selection.show(snapshot)
+    first = selection.view()
+    assert first is not None
+    assert first.suspect == ""  # none stands out from the noise
+    selection.choose(1)
+    chosen = selection.view()
+    assert chosen is not None
+    assert chosen.suspect == entry_of(selection).term
     assert "✓ you: nothing" in "\n".join(
         lines(reveal_rows(snapshot, Prediction(NOTHING_MISSING), 70))
     )

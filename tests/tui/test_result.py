@@ -179,6 +179,17 @@ async def test_saving_shows_the_place_and_quit_after_returns_it(tmp_path: Path) 
     assert app.return_value.path == path
 
 
+async def test_only_the_key_in_the_footer_leaves_the_saved_page() -> None:
+    app = app_with(fakes.FakeSource(replace(RESULT, step=StepKind.SAVE)))
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "✓ calibration.json", "q quit")
+        await pilot.press("enter")
+        await pilot.pause()
+        assert app.is_running
+        await pilot.press("q")
+        await until(pilot, lambda: not app.is_running)
+
+
 def refuse(_collected: object, _snapshot: object) -> FitReport:
     """A fit that the data do not carry."""
     raise DataError("4 holds do not determine a fit; hold at least 6 poses")

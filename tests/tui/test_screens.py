@@ -2,15 +2,17 @@
 
 import asyncio
 from dataclasses import replace
+from typing import NoReturn
 
 import pytest
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.guide.kinds import Act, StepKind
 from imucal_wizard.guide.state import Offer, Status
-from imucal_wizard.tui.app import screen_for
+from imucal_wizard.tui.app import WizardApp, screen_for
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
-from tests.tui.terminals import LARGE, USUAL, app_with
+from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with
 from tests.tui.waiting import shows, until
 
 
@@ -174,14 +176,24 @@ async def test_steps_that_were_skipped_are_marked() -> None:
 
 
 async def test_a_result_that_there_is_not_is_not_ticked() -> None:
-    """Everything was skipped: nothing can be fitted, and the header does not say so."""
-    status = replace(fakes.poses_status(), step=StepKind.VALIDATE)
+    """Nothing can be fitted, and the operator has gone on to the end."""
+
+    def refuse(_collected: object, _snapshot: object) -> NoReturn:
+        raise DataError("too few holds")
+
+    status = replace(fakes.poses_status(), step=StepKind.SAVE)
     source = fakes.FakeSource(status)
-    app = app_with(source)
+    app = WizardApp(replace(fakes.services(source), fit=refuse), None, VIRTUAL)
     async with app.run_test(size=(120, 30)) as pilot:
-        await shows(pilot, "–Result", "▸VALIDATE")
-        app.state.report = fakes.report()
+        await shows(pilot, "not saved: too few holds")
         source.say(status)
+        await shows(pilot, "–Result", "▸SAVE")
+
+
+async def test_the_result_is_ticked_in_a_session_that_is_resumed_after_it() -> None:
+    """Its fit is made again only when it is needed."""
+    source = fakes.FakeSource(replace(fakes.poses_status(), step=StepKind.VALIDATE))
+    async with app_with(source).run_test(size=(120, 30)) as pilot:
         await shows(pilot, "✓Result", "▸VALIDATE")
 
 

@@ -452,7 +452,7 @@ async def test_the_gravity_of_counts_is_shown_with_its_note() -> None:
 
 
 async def test_no_start_is_offered_before_anything_has_arrived() -> None:
-    problem = "There is no port /dev/ttyACM0. Plug the device in, or choose another port."
+    problem = "There is no port /dev/ttyACM0. Plug the device in."
     source = fakes.FakeSource(stream=StreamStatus(source="/dev/ttyACM0", problem=problem))
     async with WizardApp(fakes.services(source), None, PORT).run_test(size=USUAL) as pilot:
         text = await shows(pilot, "There is no port /dev/ttyACM0", "esc other source")

@@ -7,13 +7,13 @@ from typing import Any
 
 from imucal_wizard.acquire.decode.base import Column, Format, TextLine, is_object
 from imucal_wizard.acquire.decode.lines import TextDecoder
-from imucal_wizard.acquire.decode.numbers import MAX_NUMBER
 from imucal_wizard.acquire.decode.vocabulary import (
     column_of_name,
     columns_of_names,
     quantity_of,
     unique_channels,
 )
+from imucal_wizard.core.readings import MAX_READING
 
 
 class JsonDecoder(TextDecoder):
@@ -68,7 +68,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _real(value: Any) -> float:
-    return float(value) if value is not None and abs(value) < MAX_NUMBER else math.nan
+    return float(value) if value is not None and abs(value) < MAX_READING else math.nan
 
 
 def _digits(value: float) -> int:

@@ -8,10 +8,8 @@ from datetime import date
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray
 
-MAX_NUMBER = 1e30
-"""Larger numbers are neither readings nor times (nanoseconds since 1970 have 19 digits)."""
 _NUMERIC = b"0123456789+-.eE \t"
 _PLAIN = b"0123456789+-.eE, "
 _NOT_A_NUMBER = frozenset(
@@ -77,7 +75,7 @@ def printed_number(field: bytes) -> float | None:
             value = float(field)
         except ValueError:
             return math.nan if not field else None
-        return value if abs(value) < MAX_NUMBER else math.nan
+        return value if abs(value) < MAX_READING else math.nan
     if field.lower() in _NOT_A_NUMBER:
         return math.nan
     if _COMMA_NUMBER.fullmatch(field):
@@ -102,7 +100,7 @@ def plain_numbers(line: bytes) -> list[float]:
         values = list(map(float, line.split(b",")))
     except ValueError:
         return []
-    return values if max(values) < MAX_NUMBER and min(values) > -MAX_NUMBER else []
+    return values if max(values) < MAX_READING and min(values) > -MAX_READING else []
 
 
 def without_letters(field: bytes) -> bool:
@@ -149,7 +147,7 @@ def number_table(block: bytes, separator: bytes, columns: int) -> FloatArray | N
             )
     except ValueError:
         return None
-    inside = ~(np.abs(values) >= MAX_NUMBER)
+    inside = ~(np.abs(values) >= MAX_READING)
     if values.shape[1] != columns or not inside.all():
         return None
     return np.asarray(values, np.float64)

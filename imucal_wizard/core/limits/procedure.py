@@ -130,8 +130,6 @@ FIELD_UPDATE_SECONDS = 0.2
 """Time between two evaluations of all field samples, s."""
 
 # Magnetometer: samples
-MAX_FIELD_READING = 1e15
-"""Larger numbers are not readings in any unit."""
 STIR_SHARE = 0.1
 """Relative change of the readings within a second while the device turns."""
 STIR_SECONDS = 1.0

@@ -7,13 +7,12 @@ from imucal_wizard.core.limits.procedure import (
     FACE_STAYS_DEG,
     FACE_STEADY_SECONDS,
     MAX_BLOCK_GAP,
-    MAX_FIELD_READING,
     MAX_LYING_SECONDS,
     STIR_SECONDS,
     STIR_SHARE,
 )
 from imucal_wizard.core.poses import DIRECTIONS, FACES, angle_between, nearest_pose
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import MAX_READING, FloatArray
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.guide.context import Context
 from imucal_wizard.guide.field.samples import FieldBlock
@@ -143,7 +142,7 @@ class Gathering:
         if block.field is None:
             return np.zeros((0, 3))
         self.unit, values = block.field.unit, block.field.values
-        values = values[(np.abs(values) < MAX_FIELD_READING).all(axis=1)]
+        values = values[(np.abs(values) < MAX_READING).all(axis=1)]
         if not len(values):
             return values
         last = np.full((1, 3), np.nan) if self._last is None else self._last

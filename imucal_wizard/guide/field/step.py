@@ -139,6 +139,11 @@ class FieldStage:
             return survey.turned(circle.number) < SLIGHT_DEG
         return survey.seconds(circle.number) < SLIGHT_SECONDS
 
+    @property
+    def holds_here(self) -> bool:
+        """Never: the step needs no hold."""
+        return False
+
     def enter(self) -> None:
         """Continue with the circles that were not taken back; reopen an accepted step."""
         if not self._context.measurements.circles:

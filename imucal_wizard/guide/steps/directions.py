@@ -118,6 +118,12 @@ class DirectionsStage:
         """Directions taken, directions wanted."""
         return float(len(self.targets) - len(self.missing)), float(len(self.targets))
 
+    @property
+    def holds_here(self) -> bool:
+        """Whether a hold here counts for a missing direction."""
+        up = self._context.up
+        return up is None or self._counts(up)
+
     def enter(self) -> None:
         """Choose the nearest missing direction."""
         self.wanted = None
@@ -257,11 +263,13 @@ class DirectionsStage:
     ) -> Status:
         """The instruction where the device is now: hold it, lift it, or bring it to the pose."""
         still, spent = self._context.still, self._context.still and self._spent
+        # a device that has long tried to rest here is offered ways to do so
+        stays = still or self._context.watch.offered
         if spent and here is wanted:
             return replace(status, act=Act.LIFT, instruction="LIFT IT", guidance=PUT_BACK)
         if here is wanted:
             return replace(status, act=Act.HOLD, instruction=HOLD_STILL, guidance=THERE)
-        if still and not spent and self._counts(up):
+        if stays and not spent and self._counts(up):
             pose = f"{here.label} counts too" if here is not None else "a new orientation counts"
             return replace(
                 status, act=Act.HOLD, instruction=HOLD_STILL, detail=pose, reason="", aim=None

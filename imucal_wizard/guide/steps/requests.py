@@ -80,6 +80,11 @@ class RequestsStage(DirectionsStage):
         poses, rotations = super().tally, self._rotations.tally
         return poses[0] + rotations[0], poses[1] + rotations[1]
 
+    @property
+    def holds_here(self) -> bool:
+        """Whether a hold here counts for a pose or a rotation."""
+        return self._rotations.holds_here if self.rotating else super().holds_here
+
     def enter(self) -> None:
         """Choose the nearest pose."""
         self._rotations.enter()

@@ -287,6 +287,14 @@ class RotationsStage:
         done = sum(min(len(self._taken(axis)), need) for axis, need in self._needs.items())
         return float(done), float(sum(self._needs.values()))
 
+    @property
+    def holds_here(self) -> bool:
+        """Whether a hold here ends the present rotation, or can begin one."""
+        up = self._context.up
+        if self._turn is not None:
+            return abs(self._angle) > self._step.minimum_deg
+        return up is None or self._judge.poised(up, self.axis)
+
     def enter(self) -> None:
         """Choose the axis anew, and forget the present rotation."""
         self._axis = ""
@@ -370,7 +378,8 @@ class RotationsStage:
             return replace(status, act=Act.DONE, instruction=ALL_TAKEN)
         seconds, rotate = f"for {self.seconds:.0f} s", f"ROTATE ABOUT {axis.upper()}"
         if self._turn is not None:
-            stopped = context.still and abs(self._angle) > self._step.minimum_deg
+            # a device that has long tried to rest here is offered ways to do so
+            stopped = (context.still or context.watch.offered) and self.holds_here
             if stopped or rotation.left == 0.0:
                 return replace(status, act=Act.HOLD, instruction=HOLD_STILL, detail=seconds)
             return replace(

@@ -159,6 +159,11 @@ class SettleStage:
         done = self.seconds if self.finished else min(self._context.held, self.seconds)
         return done, self.seconds
 
+    @property
+    def holds_here(self) -> bool:
+        """Always: the noise is measured in any pose."""
+        return True
+
     def enter(self) -> None:
         """Begin again, with coarse limits."""
         self.finished = False

@@ -27,6 +27,11 @@ class WaitingStage:
     def __init__(self, kind: StepKind) -> None:
         self._kind = kind
 
+    @property
+    def holds_here(self) -> bool:
+        """Never: the step needs no hold."""
+        return False
+
     def enter(self) -> None:
         """Nothing to begin."""
 

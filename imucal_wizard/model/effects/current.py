@@ -67,6 +67,11 @@ class Current(BiasEffect):
         assert isinstance(made, Current)  # noqa: S101 (narrows the type)
         return made
 
+    def stored_units(self, sensor: str) -> tuple[str, ...]:
+        """Per ampere and per per cent."""
+        del sensor
+        return tuple(one.unit for one in _SIZES.values())
+
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
         """``I``, A or %."""
         del variant

@@ -37,10 +37,10 @@ class SecondOrder(AxisEffect):
             chosen=("industrial", "tactical"),
         ),
         GYROSCOPE: Size(
-            "1e-5/(°/s)",
-            1e-5 * DEGREE,
-            0.8,
-            {"consumer": (0.1, 1.6), "industrial": (0.02, 0.1), "tactical": (0.002, 0.02)},
+            "ppm/(°/s)",
+            1e-6 * DEGREE,
+            8.0,
+            {"consumer": (1.0, 16.0), "industrial": (0.2, 1.0), "tactical": (0.02, 0.2)},
             chosen=("industrial", "tactical"),
         ),
     }

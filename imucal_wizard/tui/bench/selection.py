@@ -28,12 +28,13 @@ class Selection:
         self.added = False
         self.cursor: int | None = None
         self._suspect = self._term = self._view = 0
+        self._chosen = False
         self._part = ""
 
     def show(self, snapshot: BenchSnapshot) -> None:
         """Take another model or sensor; keep the plot if there is such a plot."""
         self.snapshot = snapshot
-        self.added, self.cursor, self._suspect = False, None, 0
+        self.added, self.cursor, self._suspect, self._chosen = False, None, 0, False
         self._term = min(self._term, len(self.parts()) - 1)
         if self._part not in snapshot.parts:
             # in an exercise the plot over what is missing would name the axis
@@ -84,7 +85,10 @@ class Selection:
         views = [view for view in self.snapshot.views if view.part == self._part]
         if not views:
             return None
-        suspect = None if self.hidden or self.entry is None else self.entry.suspect
+        shown = self.entry is not None and not self.hidden
+        if not self._chosen and self.snapshot.diagnosis.settled:
+            shown = False  # what is left is noise, and so is the first suspect
+        suspect = self.entry.suspect if shown and self.entry is not None else None
         return misfit_curve(self.snapshot.findings, views[self._view % len(views)], suspect)
 
     def choose(self, by: int) -> None:
@@ -92,6 +96,7 @@ class Selection:
         if self.panel == "model":
             self._term = (self._term + by) % max(1, len(self.parts()))
         else:
+            self._chosen = True
             self._suspect = ((self.place or 0) + by) % max(1, len(self.entries()))
             self.cursor = None if self.added else self.cursor
 
@@ -99,7 +104,7 @@ class Selection:
         """Select the suspect of this name."""
         names = [entry.term for entry in self.entries()]
         if term in names:
-            self.panel, self._suspect = PANELS[0], names.index(term)
+            self.panel, self._suspect, self._chosen = PANELS[0], names.index(term), True
 
     def point(self, by: int) -> None:
         """Pick another point of the plot."""

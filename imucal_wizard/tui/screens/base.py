@@ -28,7 +28,6 @@ HORIZONTAL = [(0, "-too-narrow"), (MIN_SIZE[0], "-normal"), (WIDE, "-wide")]
 VERTICAL = [(0, "-too-short"), (MIN_SIZE[1], "-usual"), (TALL, "-tall")]
 """Class of a screen for each size; the style sheet knows them."""
 
-_AFTER_RESULT = (StepKind.VALIDATE, StepKind.SAVE)
 OF_A_CALIBRATION = TITLES.keys() - {StepKind.RECHECK, StepKind.VERDICT}
 OF_A_RECHECK = {StepKind.SOURCE, StepKind.SETTLE, StepKind.RECHECK, StepKind.VERDICT}
 """Steps of the two procedures."""
@@ -134,7 +133,7 @@ class LiveScreen(Screen[None]):
             self.end(status.step)
             return
         skipped = {str(step) for step, _ in status.skipped}
-        if self.state.report is None and status.step in _AFTER_RESULT:
+        if self.without_result:
             skipped.add(StepKind.RESULT)
         absent: set[str] = {StepKind.FIELD} if snapshot.stream.magnetometer is None else set()
         absent |= {kind for kind in TITLES if kind not in (status.steps or OF_A_CALIBRATION)}
@@ -144,6 +143,11 @@ class LiveScreen(Screen[None]):
         """Show the steps of a procedure that has not begun."""
         absent = {StepKind.FIELD, *(kind for kind in TITLES if kind not in self.steps_to_come)}
         self._head(0.0, (), sorted(absent), 18)
+
+    @property
+    def without_result(self) -> bool:
+        """Whether the procedure has gone on although the data determine no calibration."""
+        return False
 
     @property
     def steps_to_come(self) -> Collection[str]:

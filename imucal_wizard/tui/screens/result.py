@@ -314,7 +314,6 @@ class SaveScreen(FitScreen):
         Binding("s", "save_again", "save again", tooltip="saves the model as it is now"),
         Binding("x", "export", "export", tooltip="writes the calibration for another program"),
         Binding("d", "describe", "device", tooltip="names device, place and operator in the file"),
-        Binding("enter", "app.quit", "leave", show=False),
     ]
     step = StepKind.SAVE
 
@@ -367,6 +366,11 @@ class SaveScreen(FitScreen):
         if action == "save_again":
             return self.state.unsaved or bool(self.problem)
         return super().check_action(action, parameters)
+
+    @property
+    def without_result(self) -> bool:
+        """Whether there is no fit to save; not while the fit is made."""
+        return self.state.report is None and bool(self.problem)
 
     def action_save_again(self) -> None:
         """Write a new file with the model of the bench."""
