@@ -7,7 +7,8 @@ contain what the model lacks. The residual is tested twice, each time at one per
 - against the noise within the holds alone, by F with the degrees of freedom of that noise;
 - where poses were repeated, against that and the variance between visits that the repeats show:
   F of what is left between the directions over the pure error (Draper & Smith, Applied Regression
-  Analysis, 2.1).
+  Analysis, 2.1). A few repeats hardly bound that variance, but all rows at rest do: rows in motion
+  have no more of it than these leave.
 """
 
 import numpy as np
@@ -25,6 +26,8 @@ MAX_REPEATABILITY = 2.5
 visit to visit are no noise of a usable sensor. Structure of three times that noise leaves more than
 this with any poses; flicker noise of four times the usual size leaves 2."""
 
+MIN_SPARE = 0.5
+"""Degrees of freedom of rows of which the model takes up all."""
 MAX_LEFT_BY_VISITS = 3.2
 """What is left, rms over that of the difference between visits, above which these are not said to
 be the cause: one or two repeats that happen to agree refute nothing, but they show nothing."""
@@ -141,13 +144,17 @@ def lack_of_fit(
     squares, _ = squares_left(factor * residual, factor[:, None] * columns)
     pure, _ = pure_error(again, (sigma / factor)[rest], group, visit)
     ratio = (squares - repeats * pure) / (freedom - repeats)
-    return LackOfFit(
-        own.ratio,
-        own.p,
-        share,
-        exceeded(ratio / max(pure, 1.0), freedom - repeats, repeats),
-        exceeded(share, repeats, known),
-    )
+    p_visits = exceeded(ratio / max(pure, 1.0), freedom - repeats, repeats)
+    if not rest.all():
+        left, still = _left_in(residual, columns, rest)
+        between = max(left / still - 1.0, 0.0) * float(np.mean(sigma[rest] ** 2))
+        factor = 1.0 / np.sqrt(1.0 + between * (visits.share / sigma) ** 2)
+        left, moving = _left_in(factor * residual, factor[:, None] * columns, ~rest)
+        # of this noise only the part that the rows at rest show is uncertain (Satterthwaite)
+        part = float((1.0 - factor[~rest] ** 2).mean())
+        p_moving = exceeded(left / moving, moving, min(known, still / max(part**2, still / known)))
+        p_visits = min(p_visits, p_moving)
+    return LackOfFit(own.ratio, own.p, share, p_visits, exceeded(share, repeats, known))
 
 
 def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
@@ -167,7 +174,20 @@ def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]
         residual: shape (n,).
         columns: what is fitted to it, shape (n, p).
     """
-    left, values, _ = np.linalg.svd(columns, full_matrices=False)
-    inner = left[:, values > 1e-9 * values.max(initial=0.0)]
+    inner = _range(columns)
     rest = residual - inner @ (inner.T @ residual)
     return float(rest @ rest), inner.shape[1]
+
+
+def _left_in(residual: FloatArray, columns: FloatArray, rows: BoolArray) -> tuple[float, float]:
+    """The same in some of the rows, and their degrees of freedom."""
+    inner = _range(columns)
+    rest = (residual - inner @ (inner.T @ residual))[rows]
+    spare = float(rows.sum() - (inner[rows] ** 2).sum())
+    return float(rest @ rest), max(spare, MIN_SPARE)
+
+
+def _range(columns: FloatArray) -> FloatArray:
+    """Orthonormal columns that span what is fitted."""
+    left, values, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(left[:, values > 1e-9 * values.max(initial=0.0)])
