@@ -12,7 +12,9 @@ the gyroscope's rows is computed under the directions that follow, with
 - closures that scatter by σ times their measured noise.
 
 Sizes, effects and σ are averaged over, so that what a gyroscope's own effect or a trembling hand
-explains as well counts for no explanation. With the columns B of the free parameters and
+explains as well counts for no explanation. Where even the best one leaves closures that scatter by
+far more than their noise, something else tilts gravity, and the rotations decide nothing. With the
+columns B of the free parameters and
 ``V = D + F Fᵀ`` the variance of the rows by noise, doubts and effect,
 
     2 ln p = −ln |V| − ln |Bᵀ V⁻¹ B| − rᵀ (V⁻¹ − V⁻¹ B (Bᵀ V⁻¹ B)⁻¹ Bᵀ V⁻¹) r
@@ -36,6 +38,10 @@ from imucal_wizard.model.terms import Term
 
 _SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
 
+MAX_SCATTER = 1.5
+"""Scatter of closures over their measured noise above which something is missing ..."""
+SURE_OF_SCATTER = 0.99
+"""... if this is so with that probability."""
 MIN_LOG_FACTOR = float(np.log(100.0))
 """Logarithm of the factor by which a true explanation is less likely than a wrong one in at most
 one recording of a hundred (Markov's inequality)."""
@@ -49,10 +55,12 @@ class Testimony:
         closure: error of its rotations held out against that model's gravity, rad; None where none
             can be left out.
         log_evidence: logarithm of the marginal likelihood of its rows.
+        scattered: probability that its closures scatter by far more than their noise.
     """
 
     closure: float | None
     log_evidence: float
+    scattered: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +78,16 @@ class Hearing:
     @property
     def against_all(self) -> bool:
         """Whether the rotations speak against every one of these explanations."""
-        best = max(one.log_evidence for one in self.with_terms.values())
-        return best < self.now.log_evidence - MIN_LOG_FACTOR
+        return self._best.log_evidence < self.now.log_evidence - MIN_LOG_FACTOR
+
+    @property
+    def lacks_all(self) -> bool:
+        """Whether none of them is all that the rotations lack, so that these cannot decide."""
+        return self._best.scattered > SURE_OF_SCATTER and not self.against_all
+
+    @property
+    def _best(self) -> Testimony:
+        return max(self.with_terms.values(), key=lambda one: one.log_evidence)
 
 
 class Referee:
@@ -103,11 +119,14 @@ class Referee:
         ends = np.cumsum([0, *(len(one.typical) for one in self._effects)])
         own = found.independent.rows(columns)
         effects = [own[:, first:past] for first, past in itertools.pairwise(ends.tolist())]
-        return Testimony(rms_held_out(found), log_evidence(found, effects))
+        each = evidence_by_scatter(found, effects)
+        whole = float(np.logaddexp.reduce(each))
+        scattered = float(np.exp(each[SIGMAS > MAX_SCATTER] - whole).sum())
+        return Testimony(rms_held_out(found), whole, scattered)
 
 
-def log_evidence(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> float:
-    """Logarithm of the marginal likelihood of a gyroscope's rows.
+def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> FloatArray:
+    """Logarithm of the marginal likelihood of a gyroscope's rows with each σ, shape (σ,).
 
     Args:
         found: its fit under some reference.
@@ -142,4 +161,4 @@ def log_evidence(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> f
             often = np.log(_SHARE_OF_EFFECTS / len(effects) * np.array(SPREAD_SHARES))
             gains += (often + 0.5 * growth.sum(axis=1)).tolist()
         total.append(prior - volume - 0.5 * left[0, 0] + np.logaddexp.reduce(gains))
-    return float(np.logaddexp.reduce(total))
+    return np.array(total)

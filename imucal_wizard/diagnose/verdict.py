@@ -297,7 +297,7 @@ def judge_misfit(
     family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
     alone, best = shares, ExplainedVariance(misfit, hypotheses, posterior)
     heard = None if hearing is None else _heard(hearing, shares, best)
-    if heard is not None:
+    if heard is not None and not heard.lacks_all:
         evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
         shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
     own = discriminability(misfit, hypotheses.frame)
@@ -537,7 +537,7 @@ def _with_aliases(members: Terms, best: ExplainedVariance, heard: Hearing | None
 
     Unless another sensor decides against it.
     """
-    spoken = {} if heard is None else heard.with_terms
+    spoken = {} if heard is None or heard.lacks_all else heard.with_terms
     found = list(members)
     for alias in best.aliases(members[0]):
         own, other = spoken.get((members[0],)), spoken.get((alias,))

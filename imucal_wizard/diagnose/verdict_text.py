@@ -180,8 +180,13 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
     end = ""
     if opinion.decided:
         chosen = zip(opinion.families, opinion.terms, strict=True)
-        names = [_decided(opinion, *one) for one in chosen if one[0] in opinion.decided]
-        end = f": with the accelerometer's residuals, this decides for {_and(names)}"
+        left = [(name, members) for name, members in chosen if name in opinion.decided]
+        verb = "decides for" if all(len(members) == 1 for _, members in left) else "leaves"
+        names = [_decided(opinion, *one) for one in left]
+        end = f": with the accelerometer's residuals, this {verb} {_and(names)}"
+    elif opinion.heard.lacks_all:
+        them = "it" if len(known) == 1 else "each of them"
+        end = f": far more than the noise also with {them}, so that this decides nothing"
     elif opinion.heard.against_all:
         them = "it" if len(known) == 1 else "each of them"
         # what is named nevertheless explains the accelerometer's own residuals
@@ -562,7 +567,10 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [
             f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
         ]
-    first = diagnosis.suspects[0] if diagnosis.suspects else None
+    # one of those that are named, if any is
+    named = bench.plainest(_opinion(diagnosis).terms)[:1]
+    listed = [one for one in diagnosis.suspects if one.term in named] or diagnosis.suspects
+    first = listed[0] if listed else None
     trial = None if first is None else first.trial
     then = None if trial is None else trial.held_out_in_noise
     if first is None or trial is None or now is None or then is None:

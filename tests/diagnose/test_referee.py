@@ -1,6 +1,7 @@
 """Rotations decide between explanations that the magnitude of gravity cannot split."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
-from imucal_wizard.diagnose.referee import Hearing, log_evidence
+from imucal_wizard.diagnose.referee import Hearing, evidence_by_scatter
 from imucal_wizard.diagnose.referee import Testimony as Said
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
@@ -61,7 +62,9 @@ def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
         )
         for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True)
     ]
-    assert log_evidence(found, [effect]) == pytest.approx(np.logaddexp.reduce(each), abs=1e-6)
+    assert np.logaddexp.reduce(evidence_by_scatter(found, [effect])) == pytest.approx(
+        np.logaddexp.reduce(each), abs=1e-6
+    )
 
 
 @pytest.mark.usefixtures("rough_sizes")
@@ -133,6 +136,21 @@ def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others()
     assert opinion.heard is not None
     assert not opinion.refuted
     assert set(opinion.heard.with_terms) == {*first, *second}
+
+
+def test_rotations_that_lack_something_under_every_explanation_decide_nothing() -> None:
+    """Closures that scatter by twice their noise do not tell aliases apart."""
+    found = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer.look()
+
+    def hearing(explanations: tuple[tuple[str, ...], ...], scattered: float) -> Hearing:
+        said = {one: Said(None, -50.0 * place, scattered) for place, one in enumerate(explanations)}
+        return Hearing(Said(None, -90.0), said)
+
+    of = found.misfit, found.hypotheses, found.posterior
+    alone = judge_misfit(*of, None)
+    by_scatter = [judge_misfit(*of, partial(hearing, scattered=one)) for one in (0.5, 0.999)]
+    assert [one.terms == alone.terms for one in by_scatter] == [False, True]
+    assert [bool(one.decided) for one in by_scatter] == [True, False]
 
 
 def test_without_a_gyroscope_nothing_changes() -> None:
