@@ -16,6 +16,7 @@ from imucal_wizard.core.limits.stillness import (
     CALM_FACTOR,
     COURSE_STRETCHES,
     GUARD_BLOCKS,
+    HOLDS_BESIDE,
     LIVELY_PERCENTILE,
     LIVELY_RATE,
     MAX_FORCE_LIMIT,
@@ -30,6 +31,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_SELECTED_RATIO,
     MIN_SHARE_OF_POSITIONS,
     MIN_SPEED_RATIO,
+    MIN_TURN_DEG,
     ONE_POSITION,
     ONE_POSITION_NOISE,
     OTHER_POSITION,
@@ -38,6 +40,7 @@ from imucal_wizard.core.limits.stillness import (
     ROTATION_OVERLAP_SECONDS,
     SAME_PLACE,
     TIME_TOLERANCE,
+    TURNING_SIGMAS,
     VARIANCE_FACTORS,
     WINDOW_BLOCKS,
 )
@@ -51,6 +54,7 @@ from imucal_wizard.core.readings import (
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
     median,
+    median_of_rows,
     root_mean_square,
     sample_quantile,
     true_on_all_axes,
@@ -243,7 +247,8 @@ def _quietest(
     limits = noise_from(start).limits(REST_FACTOR)
     if windows.mean_g is None or limits.rate is None or not len(stretches.rate):
         return noise_from(start), start
-    limit = np.maximum(limits.rate, stretches.least_rate)
+    # the noise here may be that of a turn that begins; a mean of two seconds has little of any
+    limit = limits.rate if not stretches.least_rate > 0.0 else np.full(3, stretches.least_rate)
     apart = np.arange(0, len(spans), QUIET_BLOCKS)
     apart = apart[np.isfinite(spans[apart])]
     quiet = [start, *apart[np.argsort(spans[apart])][:MAX_QUIET_STRETCHES].tolist()]
@@ -333,7 +338,28 @@ def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
         for rest in stream.rests.within(first, past, shortest - WINDOW_BLOCKS + 1)
     }
     holds = [_hold_of_rest(stream, rest) for rest in blocks_of_rests(sorted(rests))]
-    return [hold for hold in holds if hold is not None]
+    return _without_turns(stream, [hold for hold in holds if hold is not None])
+
+
+def _without_turns(stream: ReducedRecording, holds: list[Hold]) -> list[Hold]:
+    """The holds in which the gyroscope reads about the mean that it reads in those beside them.
+
+    A turn about the vertical may be calmer than the rests of a hand that trembles. Of counts of
+    unknown size the mean of each half second decides alone.
+    """
+    std, known = stream.noise.std_g, [one for one in holds if one.gyroscope is not None]
+    if std is None or stream.resting_rate is None or not stream.least_rate > 0.0 or not known:
+        return holds
+    rates = np.array([one.gyroscope for one in known])
+    beside = [
+        median_of_rows(rates[max(place - HOLDS_BESIDE, 0) : place + HOLDS_BESIDE + 1])
+        for place in range(len(rates))
+    ]
+    least = stream.least_rate * MIN_TURN_DEG / MIN_RATE_LIMIT_DEG
+    noise = std / np.sqrt([[one.samples] for one in known])
+    turns = (np.abs(rates - beside) > np.maximum(least, TURNING_SIGMAS * noise)).any(axis=1)
+    turned = {id(known[place]) for place in np.flatnonzero(turns)}
+    return [one for one in holds if id(one) not in turned]
 
 
 def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:

@@ -291,3 +291,36 @@ def test_no_slow_motion_is_accepted_and_honest_sessions_are() -> None:
     for seed in seeds:
         readings, rests = honest(seed)
         assert accepted(readings) >= 0.7 * rests
+
+
+def test_a_calm_turn_about_the_vertical_is_no_hold_between_rests_that_tremble() -> None:
+    """A hand trembles at rest and turns the device about the vertical smoothly."""
+    rng, rate = np.random.default_rng(5), 100.0
+    faces = [*np.eye(3), *-np.eye(3)]
+    force, turned = [], []
+    for count, face in enumerate([*faces, *faces]):
+        rest = round(3.5 * rate)
+        wave = np.sin(2.0 * np.pi * 9.0 * np.arange(rest) / rate + rng.uniform(0.0, 6.0, (3, 1))).T
+        force.append(G * face + 0.05 * wave)
+        turned.append(np.radians(4.0) * wave)
+        if count == 7:
+            smooth = np.sin(np.pi * np.arange(450) / 450.0) ** 2
+            force.append(np.tile(G * face, (450, 1)))
+            turned.append(np.radians(160.0) * smooth[:, None] * face)
+            force.append(force[-2])
+            turned.append(turned[-2])
+        part = np.linspace(0.0, 1.0, 100)[:, None]
+        other = [*faces, *faces, faces[0]][count + 1]
+        force.append(G * ((1.0 - part) * face + part * other))
+        turned.append(np.radians(90.0) * np.tile(np.cross(face, other), (100, 1)))
+    values = [np.concatenate(one) for one in (force, turned)]
+    time = np.arange(len(values[0])) / rate
+    noise = 0.005 * rng.standard_normal((2, len(time), 3))
+    readings = Readings(
+        Series(time, values[0] + noise[0], "m/s^2"),
+        Series(time, values[1] + 0.1 * noise[1], "rad/s"),
+    )
+    holds, *_ = find_holds(readings, G)
+    assert len(holds) >= 11
+    means = [one.gyroscope for one in holds if one.gyroscope is not None]
+    assert np.degrees(np.abs(means).max()) < 2.0

@@ -111,6 +111,13 @@ LIVELY_PERCENTILE = 95.0
 MIN_RATE_LIMIT_DEG = 0.8
 """°/s; the smallest limit of a gyroscope's mean rate at rest: a bias that drifts or follows the
 force (0.1 °/s per g is usual) is not a rotation."""
+MIN_TURN_DEG = 5.0
+"""°/s by which the mean rate of a hold differs from that of those beside it if it is a turn: a hand
+that sways turns by 1 °/s in the mean of two seconds ..."""
+TURNING_SIGMAS = 6.0
+"""... and in standard errors."""
+HOLDS_BESIDE = 4
+"""Holds to either side whose median is that of rest; a bias drifts little meanwhile."""
 MAX_TILT_OF_TURN = 0.1
 """Share of a rate that sensors before their calibration may show across the axis of rotation: their
 axes are off by up to 5°."""
