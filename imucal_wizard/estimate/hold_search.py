@@ -20,6 +20,7 @@ from imucal_wizard.measurement.segmentation import (
     reduce_recording,
     rest_numbers,
     rests_apart,
+    shaken_holds,
     turning_rates,
     usual_candidates,
 )
@@ -76,6 +77,7 @@ def find_holds(
         others = [_without(holds, best[odd]) for holds in found]
         best = _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others])
     _refuse_slow_motion(stream, best)
+    best = sorted([*best, *shaken_holds(stream, best)], key=lambda hold: hold.start)
     return best, steps, rests_apart(stream, best)
 
 

@@ -19,6 +19,8 @@ SURE = 3.0
 """... if it is larger than 1 by so many standard errors."""
 OUTLYING = 4.0
 """Standard deviations by which a hold's noise exceeds that of all others if something moved it."""
+QUIET_P = 3e-5
+"""Probability by chance of as small a variance, at which it is as far off as ``OUTLYING``."""
 MIN_CHANCE = 1e-6
 """Least variance by chance of a logarithm, where a share is nearly the whole."""
 MIN_SPHERE = 0.1
@@ -135,8 +137,9 @@ def shrunk(
     """Variances, each moderated by all others: empirical Bayes on their logarithms.
 
     Where a 5 % test finds them equal, all become their mean; where they differ much more than by
-    chance, each keeps its own. One that is far larger than all others (a bump) keeps its own, too,
-    and does not count for how much the others differ. Those not known or zero become the mean.
+    chance, each keeps its own. One that is far larger than all others (a bump), or far smaller (the
+    mean of a vibration), keeps its own, too, and does not count for how much the others differ.
+    Those not known or zero become the mean.
 
     Args:
         values: distributed as χ²/ν about the variances, shape (n,).
@@ -164,7 +167,12 @@ def shrunk(
         before, beyond = beyond, max(beyond + step, 0.0)
         if abs(beyond - before) <= SHRUNK_TO * (beyond + float(chance.min())):
             break
-    share = np.where(off < OUTLYING, beyond / (beyond + chance), 1.0)
+    kept_own = off >= OUTLYING
+    for k in np.flatnonzero(off <= -OUTLYING):
+        # by chance few degrees of freedom make far smaller variances than larger ones
+        ratio = float(np.exp(centre)) / values[k]
+        kept_own[k] = exceeded(ratio, EXACT_FREEDOM, float(freedom[k])) < QUIET_P
+    share = np.where(kept_own, 1.0, beyond / (beyond + chance))
     return np.asarray(np.exp(centre + np.where(known, share * (logs - centre), 0.0)))
 
 

@@ -24,11 +24,13 @@ from imucal_wizard.core.limits.stillness import (
     MIN_HOLD_SECONDS,
     MIN_SETTLING,
     MIN_SETTLING_AXIS,
+    MIN_SLOW_MOMENT,
     MIN_SWAY,
     NOISE_FREQUENCIES,
     REST_FACTOR,
     SETTLING_SECONDS,
     SETTLING_TIMES,
+    STEADY_SIGMA,
     TAIL_DOUBT,
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
@@ -249,6 +251,22 @@ def drifts(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
     slow, fast = slow_and_fast(blocks, step_a)
     least = MIN_SWAY if slow > MAX_SLOW_TO_FAST * fast else MAX_SWAY
     return slow > (least * gravity) ** 2
+
+
+def steady(blocks: Blocks, step_a: FloatArray | float, gravity: float) -> bool:
+    """Whether gravity keeps its direction during a hold, however much the support vibrates.
+
+    Args:
+        blocks: consecutive blocks.
+        step_a: resolution of the accelerometer, 0 if not known.
+        gravity: reading of one gravity.
+    """
+    if len(blocks) < MIN_BLOCKS_TO_TRIM:
+        return False
+    slow, fast = slow_and_fast(blocks, step_a)
+    # the scatter of the means by the vibration alone is known to so much
+    chance = fast / blocks.size * STEADY_SIGMA * np.sqrt(2.0 / (3.0 * (len(blocks) - 1.0)))
+    return bool(slow <= (MIN_SLOW_MOMENT * gravity) ** 2 + chance)
 
 
 def slow_and_fast(blocks: Blocks, step_a: FloatArray | float) -> tuple[float, float]:

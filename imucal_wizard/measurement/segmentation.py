@@ -17,12 +17,13 @@ from imucal_wizard.core.limits.stillness import (
     COURSE_STRETCHES,
     GUARD_BLOCKS,
     HOLDS_BESIDE,
-    LIVELY_PERCENTILE,
     LIVELY_RATE,
+    LIVELY_SHARE,
     MAX_FORCE_LIMIT,
     MAX_QUIET_STRETCHES,
     MAX_RATE_LIMIT,
     MAX_TILT_OF_TURN,
+    MAX_VIBRATION,
     MIN_HOLD_SECONDS,
     MIN_LIVELY_BLOCKS,
     MIN_RATE_LIMIT_DEG,
@@ -74,6 +75,8 @@ from imucal_wizard.measurement.holds import (
     Rotation,
     blocks_of_rests,
     hold_at_rest,
+    slow_and_fast,
+    steady,
     still_runs,
 )
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
@@ -362,6 +365,42 @@ def _without_turns(stream: ReducedRecording, holds: list[Hold]) -> list[Hold]:
     return [one for one in holds if id(one) not in turned]
 
 
+def shaken_holds(stream: ReducedRecording, holds: Sequence[Hold]) -> list[Hold]:
+    """The holds on a support that vibrates steadily, which are none under the limit of the others.
+
+    Errors that vibration makes show in them alone, so that no calibration from quiet holds speaks
+    for them. The gyroscope shows that the device does not turn; without one nothing tells them
+    from a motion.
+
+    Args:
+        stream: the recording.
+        holds: those that are used.
+    """
+    limits, usual = _loosest(stream), stream.noise.limits(REST_FACTOR)
+    if limits.gyroscope is None or not holds:
+        return []
+    most = np.full(3, MAX_VIBRATION * stream.gravity)
+    quiet = median([_vibration(stream, one) for one in holds])
+    return [
+        one
+        for one in holds_under(stream, replace(limits, accelerometer=most, rate=usual.rate))
+        if all(one.end <= hold.start or hold.end <= one.start for hold in holds)
+        and _vibration(stream, one) > REST_FACTOR**2 * quiet
+        and steady(_blocks_of(stream, one), stream.step_a, stream.gravity)
+    ]
+
+
+def _vibration(stream: ReducedRecording, hold: Hold) -> float:
+    """Mean square of the accelerometer's readings in the blocks of a hold about their means."""
+    return slow_and_fast(_blocks_of(stream, hold), stream.step_a)[1]
+
+
+def _blocks_of(stream: ReducedRecording, hold: Hold) -> Blocks:
+    first = int(np.searchsorted(stream.blocks.start, hold.start - TIME_TOLERANCE))
+    past = int(np.searchsorted(stream.blocks.end, hold.end + TIME_TOLERANCE))
+    return stream.blocks.select(slice(first, past))
+
+
 def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:
     """Calm rests that are no holds because the gyroscope reads another mean there: begin, end, s.
 
@@ -468,7 +507,9 @@ def _loosest(stream: ReducedRecording) -> Limits:
         return Limits(force)
     shown = stream.windows.std_g[stream.windows.full]
     shown = shown[np.isfinite(shown).all(axis=1)]
-    lively = np.percentile(shown, LIVELY_PERCENTILE, axis=0).max()
+    if not len(shown):
+        return Limits(force)
+    lively = max(sample_quantile(column, LIVELY_SHARE) for column in shown.T)
     rate = np.maximum(least.gyroscope, MAX_RATE_LIMIT * lively)
     return Limits(force, rate, least.gyroscope_mean, rate)
 

@@ -10,6 +10,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.simulate.actions import Action, PlacePose, Rotate, Shake, direction
 from imucal_wizard.simulate.scripts import (
     CIRCLE_SPEED_DEG,
+    SHAKE_RMS,
     SHAKEN_EVERY,
     VALIDATION,
 )
@@ -25,8 +26,6 @@ FACE_SECONDS = 1.2
 """Time for which a face lies on the table before it is turned, s."""
 HAND_CIRCLE_DEG = 372.0
 """Angle of a circle by hand: slightly more than a full turn, degrees."""
-FOLLOW_SHAKE_RMS = 0.5
-"""Vibration per axis of an idling machine on which every third pose is held, m/s²."""
 
 
 class Follower:
@@ -73,7 +72,7 @@ class Follower:
         if not self._shaken:
             return ()
         shakes = step == "poses" and self._placed % SHAKEN_EVERY == 0
-        return [Shake(FOLLOW_SHAKE_RMS if shakes else 0.0)]
+        return [Shake(SHAKE_RMS if shakes else 0.0)]
 
     def _circle(self, face: str | None, rested: float, up: FloatArray) -> Sequence[Action]:
         """One circle with a face on the table, or about the axes in turn if none is requested."""

@@ -11,6 +11,7 @@ from imucal_wizard.simulate.hidden import Hidden, needs_shaking, parse_hidden
 from imucal_wizard.simulate.imu import VirtualImu
 from imucal_wizard.simulate.noise import RandomStream, generator
 from imucal_wizard.simulate.scripts import (
+    SHAKE_RMS,
     SHAKEN_EVERY,
     perform_circles,
     perform_rotations,
@@ -26,12 +27,6 @@ PLACING_SECONDS = 1.2
 """Approximate time to place the device in the next pose, s."""
 LINES_PER_WRITE = 4096
 """Lines written at once."""
-RECORDING_SHAKE_RMS = 0.1
-"""Vibration of the support in every third pose if rectification is hidden, m/s².
-
-The search for holds in a recording would reject a stronger vibration. The hand that follows the
-wizard, whose limits can be widened, uses a stronger one.
-"""
 FIRST_COMMENT = "# a virtual IMU"
 """First line of every simulated recording."""
 
@@ -42,7 +37,7 @@ def recording_script(
     """A first rest, the poses, the rotations."""
     yield LieStill(FIRST_REST_SECONDS)
     for index, name in enumerate(pose_names(poses, rng)):
-        yield Shake(RECORDING_SHAKE_RMS if shaken and index % SHAKEN_EVERY == 2 else 0.0)
+        yield Shake(SHAKE_RMS if shaken and index % SHAKEN_EVERY == 2 else 0.0)
         yield PlacePose(name)
         yield LieStill(hold)
     yield Shake(0.0)

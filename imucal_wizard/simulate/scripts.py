@@ -42,6 +42,8 @@ REPEATED_POSES = 12
 """Poses of ``26+repeats`` that are repeated."""
 SHAKEN_EVERY = 3
 """Interval of poses with a vibrating support, which shows vibration rectification."""
+SHAKE_RMS = 0.5
+"""Vibration of that support, m/s² per axis: a machine that idles beside the device."""
 
 VALIDATION: tuple[tuple[float, float, float], ...] = (
     (0.40, 0.25, 0.88),

@@ -1,21 +1,23 @@
 """A machine idles near the device: the wizard copes with it, and vibration rectification shows."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from imucal_wizard.api import calibrate, diagnose, read
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import Procedure, standard
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.simulate.follow import FOLLOW_SHAKE_RMS
 from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.hidden import needs_shaking, parse_hidden
+from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.simulate.samples import VirtualStream
-from imucal_wizard.simulate.scripts import FACE_NAMES
+from imucal_wizard.simulate.scripts import FACE_NAMES, SHAKE_RMS
 from tests.guide.device import holds_of
 from tests.simulate.sensors import ideal
 
@@ -61,10 +63,10 @@ def test_every_third_pose_is_taken_from_a_shaking_support_and_errs_by_its_mean_s
     assert machine.status().step is StepKind.RESULT
     poses = holds_of(machine, StepKind.POSES)
     square = np.array([_vibration(hold, readings).sum() for hold in poses])
-    shaken = square > 0.1 * FOLLOW_SHAKE_RMS**2
+    shaken = square > 0.1 * SHAKE_RMS**2
     assert len(poses) == 6
     assert shaken.sum() == 2
-    np.testing.assert_allclose(np.sqrt(square[shaken] / 3.0), FOLLOW_SHAKE_RMS, rtol=0.25)
+    np.testing.assert_allclose(np.sqrt(square[shaken] / 3.0), SHAKE_RMS, rtol=0.25)
     mean = np.array([hold.accelerometer for hold in poses])
     size = np.linalg.norm(mean, axis=1)
     error = (size - STANDARD_GRAVITY) / STANDARD_GRAVITY * 1000.0
@@ -81,3 +83,13 @@ def test_the_support_shakes_only_where_that_is_to_be_seen(
     hidden: tuple[str, ...], shaken: bool
 ) -> None:
     assert needs_shaking([parse_hidden(one) for one in hidden]) is shaken
+
+
+def test_a_recording_keeps_its_shaken_holds_although_vibration_spoils_them(tmp_path: Path) -> None:
+    """The calibration from the quiet holds alone is better, but only the others show the effect."""
+    path = tmp_path / "shaken.csv"
+    simulate_recording(path, hidden=[f"vibration-rectification:{RECTIFICATION}:y"], seed=4)
+    found = calibrate(read(path))
+    square = [_vibration(hold, found.recording.readings).sum() for hold in found.report.holds]
+    assert np.count_nonzero(np.array(square) > 0.1 * SHAKE_RMS**2) == 6
+    assert diagnose(found)["accelerometer"].explanations == (("vibration-rectification",),)

@@ -57,6 +57,9 @@ MIN_SLOW_MOMENT = 0.005
 """The same above which a hold of a stream must be clearly slower than the motion before it: a hand
 that holds a device freely sways by 0.3°, the slow moments of a waved one last seconds and turn by
 0.5° to 2°."""
+STEADY_SIGMA = 3.0
+"""Standard deviations by which the means of a vibrating hold's blocks may scatter beyond what its
+samples make of them."""
 MAX_SWAY = 0.035
 """The same above which a hold is a slow motion, whatever its noise: its mean is 0.6 mg short, which
 no repetition shows."""
@@ -102,11 +105,15 @@ double."""
 MAX_FORCE_LIMIT = 0.05
 """Loosest limit of the accelerometer's standard deviation, in units of gravity: 50 mg, a strong
 tremor."""
+MAX_VIBRATION = 0.3
+"""Standard deviation of the accelerometer on a vibrating support, in units of gravity, up to which
+there are holds: beside gravity, three of them reach the end of a range of ±2 g."""
 MAX_RATE_LIMIT = 0.2
 """Loosest limit of the gyroscope's standard deviation, as a share of that of the liveliest
 windows."""
-LIVELY_PERCENTILE = 95.0
-"""Percentile of the windows that counts as the liveliest; single jerks are excluded."""
+LIVELY_SHARE = 0.95
+"""Share of the windows that are calmer than what counts as the liveliest; single jerks are
+excluded."""
 
 MIN_RATE_LIMIT_DEG = 0.8
 """°/s; the smallest limit of a gyroscope's mean rate at rest: a bias that drifts or follows the

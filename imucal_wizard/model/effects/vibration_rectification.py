@@ -48,8 +48,9 @@ class VibrationRectification(BiasEffect):
             signature="A pose reads differently while it vibrates. Plotted over the mean square "
             "of the vibration, the residuals lie on straight lines that rise at one face of the "
             "axis and fall at the other.",
-            needs="The same poses on a quiet and on a vibrating support. A hand-held pose also "
-            "moves, which looks similar.",
+            needs="The same poses on a quiet and on a vibrating support. In a recording, the "
+            "gyroscope shows that a shaken device does not turn; without one such holds are left "
+            "out. A hand-held pose also moves, which looks similar.",
             remedy="Damp the mounting, or take the poses on a quiet support. In use, choose a "
             "larger range, so that vibration is not clipped.",
             confirm="Fix the device to a loudspeaker or a running motor and switch it on and off "
