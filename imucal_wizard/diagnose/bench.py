@@ -24,8 +24,13 @@ from imucal_wizard.diagnose.profile_likelihood import (
     unlikeliness,
 )
 from imucal_wizard.diagnose.random_walk import with_random_walk
-from imucal_wizard.diagnose.referee import Hearing, Referee
-from imucal_wizard.diagnose.residuals import WhitenedResiduals, whitened_residuals, whitened_rows
+from imucal_wizard.diagnose.referee import Hearing, Referee, Testimony
+from imucal_wizard.diagnose.residuals import (
+    Candidate,
+    WhitenedResiduals,
+    whitened_residuals,
+    whitened_rows,
+)
 from imucal_wizard.diagnose.suspects import Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
@@ -308,7 +313,7 @@ class Bench:
             misfit = whitened_residuals(self.fit, shown)
             hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
-            hearing = None if self.referee is None else partial(self._hearing, suspects)
+            hearing = None if self.referee is None else partial(self._hearing, suspects, {})
             lack = misfit.lack_of_fit()
             opinion = judge_misfit(misfit, hypotheses, posterior, hearing, lack)
             # beside one effect that leaves only noise nothing else was given a name
@@ -381,26 +386,41 @@ class Bench:
         return replace(opinion, verdict=Verdict.UNEXPLAINED) if guessed else opinion
 
     def _hearing(
-        self, suspects: tuple[Suspect, ...], explanations: tuple[Terms, ...]
+        self,
+        suspects: tuple[Suspect, ...],
+        said: dict[Terms, Testimony | None],
+        explanations: tuple[Terms, ...],
     ) -> Hearing | None:
-        """What the gyroscope says of explanations, each added to the model."""
+        """What the gyroscope says of explanations, each added to the model.
+
+        Args:
+            suspects: the effects with their settings.
+            said: what it has said already.
+            explanations: of which it is asked.
+        """
         referee = None if self.referee is None else self.referee()
         if referee is None:
             return None
         known = {one.term: one.candidate for one in suspects if one.candidate is not None}
-        heard = {}
         for names in explanations:
-            # a reference that stays wrong with the right effect speaks against it
-            if any(known[one].effect.hides for one in names if one in known):
-                continue
-            added = [Term(known[one].effect, known[one].variant) for one in names if one in known]
-            try:
-                found = self._with_terms(added)
-            except DataError:
-                continue
-            if len(added) == len(names) and found.reference is not None:
-                heard[names] = referee.hear(found)
+            if names not in said:
+                added = [known[one] for one in names if one in known]
+                whole = len(added) == len(names)
+                said[names] = self._said(referee, added) if whole else None
+        heard = {names: one for names in explanations if (one := said[names]) is not None}
         return Hearing(referee.now, heard) if heard else None
+
+    def _said(self, referee: Referee, added: Sequence[Candidate]) -> Testimony | None:
+        """What the gyroscope says of the model with these effects; None where nothing."""
+        # a reference that stays wrong with the right effect speaks against it
+        if any(one.effect.hides for one in added):
+            return None
+        terms = [Term(one.effect, one.variant) for one in added]
+        try:
+            found = self._with_terms(terms)
+        except DataError:
+            return None
+        return None if found.reference is None else referee.hear(found)
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""
