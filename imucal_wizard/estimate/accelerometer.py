@@ -10,6 +10,7 @@ from imucal_wizard.core.directions import group_directions, mean_directions, uni
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
@@ -27,7 +28,7 @@ from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.identifiability import (
     BIAS,
     NON_ORTHOGONALITY,
@@ -116,6 +117,19 @@ class AccelerometerExperiment(Experiment):
         self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
+
+    def around(self, holds: Sequence[Hold]) -> Circumstances:
+        """Circumstances of further holds of the same session, one row for each."""
+        every = sorted((*self.holds, *holds), key=lambda hold: hold.start)
+        means = np.array([hold.accelerometer for hold in every])
+        up = unit_vectors((means - self._start.bias) @ self._start.matrix.T)
+        found = replace(
+            circumstances_of(every, up, self.gravity, self.gain, self.readings),
+            reference_temperature=self.circumstances.reference_temperature,
+            reference_time=self.circumstances.reference_time,
+        )
+        place = {hold.start: row for row, hold in enumerate(every)}
+        return found.select(np.array([place[hold.start] for hold in holds]))
 
     def under(
         self, reference: GravityReference | None, readings: Readings | None
@@ -388,3 +402,16 @@ def check_means(means: FloatArray) -> None:
             "the still positions lie in one plane: gravity never acts across it. Hold the device "
             "still with each of its six faces up"
         )
+
+
+def validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:
+    """An accelerometer's fit with its error on holds of the session that it has not seen."""
+    if not holds:
+        return fit
+    means = np.array([hold.accelerometer for hold in holds])
+    values = (means - fit.bias) @ fit.matrix.T
+    if fit.terms:
+        assert isinstance(fit.experiment, AccelerometerExperiment)  # noqa: S101 (narrows the type)
+        values = fit.correct(means, fit.experiment.around(holds))
+    errors = np.linalg.norm(values, axis=1) - gravity
+    return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))
