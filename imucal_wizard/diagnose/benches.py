@@ -19,7 +19,6 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_turning
 from imucal_wizard.diagnose.referee import Referee
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.accelerometer import validated
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
@@ -208,9 +207,7 @@ class Benches:
             moved_too = follows and bench.measured is not before.experiment
             if bench.fit.terms or smaller or moved_too:
                 fitted = replace(bench.fit, warnings=before.warnings)
-                if name == ACCELEROMETER:
-                    fitted = validated(fitted, self.report.validation, self.report.gravity)
-                sensors[name] = fitted
+                sensors[name] = bench.measured.validated(fitted, self.report.validation)
         report = replace(self.report, sensors=sensors, warnings=tuple(warnings))
         aligned = MAGNETOMETER in sensors
         return report if aligned else replace(report, magnetic=None, second_stage=None)

@@ -22,9 +22,7 @@ from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
-from imucal_wizard.estimate.accelerometer import validated
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.model.effect import ACCELEROMETER
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -514,9 +512,9 @@ exactly alike, so that a missing effect makes repeats differ, too."""
 def _new_poses(diagnosis: Diagnosis) -> list[str]:
     """That poses measured for validation differ from what was held out."""
     report, bench = diagnosis.report, diagnosis.bench
-    if report is None or bench is None or diagnosis.sensor != ACCELEROMETER:
+    if report is None or bench is None:
         return []
-    fit = validated(bench.fit, report.validation, report.gravity)
+    fit = bench.measured.validated(bench.fit, report.validation)
     if fit.validation_rms is None or fit.rms_held_out is None:
         return []
     if fit.validation_rms <= CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0):

@@ -118,7 +118,14 @@ class AccelerometerExperiment(Experiment):
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
 
-    def around(self, holds: Sequence[Hold]) -> Circumstances:
+    def validated(self, found: SensorFit, holds: Sequence[Hold]) -> SensorFit:
+        """See ``Experiment``: the error of the size of gravity."""
+        if not holds:
+            return found
+        means = np.array([hold.accelerometer for hold in holds])
+        return with_new_holds(found, found.correct(means, self._around(holds)), self.gravity)
+
+    def _around(self, holds: Sequence[Hold]) -> Circumstances:
         """Circumstances of further holds of the same session, one row for each."""
         every = sorted((*self.holds, *holds), key=lambda hold: hold.start)
         means = np.array([hold.accelerometer for hold in every])
@@ -404,14 +411,13 @@ def check_means(means: FloatArray) -> None:
         )
 
 
-def validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:
-    """An accelerometer's fit with its error on holds of the session that it has not seen."""
-    if not holds:
-        return fit
-    means = np.array([hold.accelerometer for hold in holds])
-    values = (means - fit.bias) @ fit.matrix.T
-    if fit.terms:
-        assert isinstance(fit.experiment, AccelerometerExperiment)  # noqa: S101 (narrows the type)
-        values = fit.correct(means, fit.experiment.around(holds))
-    errors = np.linalg.norm(values, axis=1) - gravity
+def with_new_holds(fit: SensorFit, corrected: FloatArray, gravity: float) -> SensorFit:
+    """A fit with its error on holds that it has not seen.
+
+    Args:
+        fit: of the accelerometer.
+        corrected: the mean of each of these holds, corrected by the fit, m/s², shape (n, 3).
+        gravity: local gravity, m/s².
+    """
+    errors = np.linalg.norm(corrected, axis=1) - gravity
     return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))

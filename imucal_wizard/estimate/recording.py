@@ -19,7 +19,11 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.accelerometer import accelerometer_experiment, check_means, validated
+from imucal_wizard.estimate.accelerometer import (
+    accelerometer_experiment,
+    check_means,
+    with_new_holds,
+)
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.fit_warnings import (
     accelerometer_warnings,
@@ -395,7 +399,11 @@ def fit_holds(
         pose = f" ({hold.pose})" if hold.pose else ""
         place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
         odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
-    sensors = {"accelerometer": validated(accelerometer, validation, options.gravity)}
+    if validation:
+        means = np.array([hold.accelerometer for hold in validation])
+        means = (means - accelerometer.bias) @ accelerometer.matrix.T
+        accelerometer = with_new_holds(accelerometer, means, options.gravity)
+    sensors = {"accelerometer": accelerometer}
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
     if "gyroscope" in units:
