@@ -206,7 +206,8 @@ class Benches:
             smaller = bench.fit.base != bench.whole
             moved_too = follows and bench.measured is not before.experiment
             if bench.fit.terms or smaller or moved_too:
-                sensors[name] = replace(bench.fit, warnings=before.warnings)
+                fitted = replace(bench.fit, warnings=before.warnings)
+                sensors[name] = bench.measured.validated(fitted, self.report.validation)
         report = replace(self.report, sensors=sensors, warnings=tuple(warnings))
         aligned = MAGNETOMETER in sensors
         return report if aligned else replace(report, magnetic=None, second_stage=None)

@@ -541,8 +541,11 @@ exactly alike, so that a missing effect makes repeats differ, too."""
 
 def _new_poses(diagnosis: Diagnosis) -> list[str]:
     """That poses measured for validation differ from what was held out."""
-    fit = None if diagnosis.report is None else diagnosis.report.sensors.get(diagnosis.sensor)
-    if fit is None or fit.validation_rms is None or fit.rms_held_out is None:
+    report, bench = diagnosis.report, diagnosis.bench
+    if report is None or bench is None:
+        return []
+    fit = bench.measured.validated(bench.fit, report.validation)
+    if fit.validation_rms is None or fit.rms_held_out is None:
         return []
     if fit.validation_rms <= CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0):
         return []

@@ -10,6 +10,7 @@ from imucal_wizard.core.directions import group_directions, mean_directions, uni
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import MAX_READING, FloatArray, IntArray, Readings, distinct
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
@@ -27,7 +28,7 @@ from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
-from imucal_wizard.model.effect import ACCELEROMETER
+from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.identifiability import (
     BIAS,
     NON_ORTHOGONALITY,
@@ -116,6 +117,26 @@ class AccelerometerExperiment(Experiment):
         self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
         self.sources = (self.source,)
+
+    def validated(self, found: SensorFit, holds: Sequence[Hold]) -> SensorFit:
+        """See ``Experiment``: the error of the size of gravity."""
+        if not holds:
+            return found
+        means = np.array([hold.accelerometer for hold in holds])
+        return with_new_holds(found, found.correct(means, self._around(holds)), self.gravity)
+
+    def _around(self, holds: Sequence[Hold]) -> Circumstances:
+        """Circumstances of further holds of the same session, one row for each."""
+        every = sorted((*self.holds, *holds), key=lambda hold: hold.start)
+        means = np.array([hold.accelerometer for hold in every])
+        up = unit_vectors((means - self._start.bias) @ self._start.matrix.T)
+        found = replace(
+            circumstances_of(every, up, self.gravity, self.gain, self.readings),
+            reference_temperature=self.circumstances.reference_temperature,
+            reference_time=self.circumstances.reference_time,
+        )
+        place = {hold.start: row for row, hold in enumerate(every)}
+        return found.select(np.array([place[hold.start] for hold in holds]))
 
     def under(
         self, reference: GravityReference | None, readings: Readings | None
@@ -388,3 +409,15 @@ def check_means(means: FloatArray) -> None:
             "the still positions lie in one plane: gravity never acts across it. Hold the device "
             "still with each of its six faces up"
         )
+
+
+def with_new_holds(fit: SensorFit, corrected: FloatArray, gravity: float) -> SensorFit:
+    """A fit with its error on holds that it has not seen.
+
+    Args:
+        fit: of the accelerometer.
+        corrected: the mean of each of these holds, corrected by the fit, m/s², shape (n, 3).
+        gravity: local gravity, m/s².
+    """
+    errors = np.linalg.norm(corrected, axis=1) - gravity
+    return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))

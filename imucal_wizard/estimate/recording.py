@@ -17,9 +17,13 @@ from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pos
 from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, root_mean_square, sphere_centre
+from imucal_wizard.core.statistics import median, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.estimate.accelerometer import accelerometer_experiment, check_means
+from imucal_wizard.estimate.accelerometer import (
+    accelerometer_experiment,
+    check_means,
+    with_new_holds,
+)
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.fit_warnings import (
     accelerometer_warnings,
@@ -395,7 +399,11 @@ def fit_holds(
         pose = f" ({hold.pose})" if hold.pose else ""
         place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
         odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
-    sensors = {"accelerometer": _validated(accelerometer, validation, options.gravity)}
+    if validation:
+        means = np.array([hold.accelerometer for hold in validation])
+        means = (means - accelerometer.bias) @ accelerometer.matrix.T
+        accelerometer = with_new_holds(accelerometer, means, options.gravity)
+    sensors = {"accelerometer": accelerometer}
     notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
     gyroscope: GyroscopeReport | None = None
     if "gyroscope" in units:
@@ -422,6 +430,7 @@ def fit_holds(
         angles=() if gyroscope is None else gyroscope.angles,
         warnings=tuple(dict.fromkeys(note for note in notes if note)),
         outlier_notes=odd,
+        validation=tuple(validation),
     )
 
 
@@ -468,15 +477,6 @@ def _between(rotation: Rotation, holds: Sequence[Hold]) -> Rotation:
     if before is None or after is None:
         return replace(rotation, problem=rotation.problem or "a hold at its end was not kept")
     return replace(rotation, before=before, after=after)
-
-
-def _validated(fit: SensorFit, holds: Sequence[Hold], gravity: float) -> SensorFit:
-    """The fit with its error on holds that it has not seen."""
-    if not holds:
-        return fit
-    readings = np.array([hold.accelerometer for hold in holds])
-    errors = np.linalg.norm((readings - fit.bias) @ fit.matrix.T, axis=1) - gravity
-    return replace(fit, validation_rms=root_mean_square(errors), validation=tuple(errors.tolist()))
 
 
 def _stands_out(place: str, outlier: Outlier) -> str:

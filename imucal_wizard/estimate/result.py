@@ -405,6 +405,7 @@ class FitReport:
             words. A verdict, which weighs every other explanation too, replaces them.
         magnetic: what a magnetometer's fit says beyond the others, or None without one.
         second_stage: alignment and clocks of the sensors, or None.
+        validation: holds that the fits have not seen.
     """
 
     gravity: float
@@ -418,6 +419,7 @@ class FitReport:
     magnetic: "MagnetometerFit | None" = None
     second_stage: "SecondStage | None" = None
     outlier_notes: dict[str, str] = field(default_factory=dict)
+    validation: tuple[Hold, ...] = ()
 
     @property
     def on_table(self) -> bool:

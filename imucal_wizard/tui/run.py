@@ -64,7 +64,11 @@ def run_wizard(options: WizardOptions) -> int:
         if app.unkept is not None and state.result is not None:
             _print_calibration(state.result, state.diagnoses)
         if sources.session is not None and sources.session.exists():
-            _print_session(sources.session, app.unkept if state.result is not None else None)
+            _print_session(
+                sources.session,
+                app.unkept if state.result is not None else None,
+                lost=state.port_lost,
+            )
     if sources.sealed is not None:
         say(f"answer (not secret: this computer knows it): {sources.sealed}")
         reveal = f"imucal-wizard simulate --reveal {shlex.quote(str(sources.sealed))}"
@@ -84,12 +88,13 @@ def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
     say("▲ this calibration is not saved")
 
 
-def _print_session(session: Path, unkept: PlaceError | None) -> None:
+def _print_session(session: Path, unkept: PlaceError | None, *, lost: bool = False) -> None:
     """Print where the session is, and what to type next.
 
     Args:
         session: its file.
         unkept: why its calibration could not be written, or None.
+        lost: its port is missing, and may have another name now.
     """
     place = shlex.quote(str(session))
     say(f"kept: {session}")
@@ -99,6 +104,8 @@ def _print_session(session: Path, unkept: PlaceError | None) -> None:
             f"save the calibration with: imucal-wizard fit {place} --save {shlex.quote(str(other))}"
         )
     say(f"continue with: imucal-wizard --resume {place}")
+    if lost:
+        say("if the device is at another port now, add: --port PORT")
 
 
 def _run(app: BaseApp) -> Saved | None:

@@ -159,6 +159,14 @@ class WizardState:
         """Whether the source has ended."""
         return self.snapshot is not None and self.snapshot.finished
 
+    @property
+    def port_lost(self) -> bool:
+        """Whether the device's port was missing or lost when the source was last seen."""
+        if self.snapshot is None or self.ended:
+            return False
+        stream = self.snapshot.stream
+        return not stream.connected and not stream.busy
+
     def use(self, source: SampleSource) -> None:
         """Start a source in place of the present one."""
         self.drop()

@@ -1,6 +1,7 @@
 """What is said of each sensor: the word, the sentences, and the order among the sensors."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -384,14 +385,35 @@ def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
     """Something has changed since: the verdict on the model stays, and the reservation is added."""
     report, readings = fitted()
     fit = report.sensors["accelerometer"]
-    worse = replace(fit, validation_rms=10.0 * (fit.rms_held_out or 0.0), validation=(0.0,) * 4)
-    changed = replace(report, sensors={**report.sensors, "accelerometer": worse})
+    share = 10.0 * (fit.rms_held_out or 0.0) / report.gravity
+    changed = replace(report, validation=later(report.holds[:4], 1.0 + share))
     said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
     assert said.verdict is Verdict.COMPLETE
     assert "On your 4 new poses" in said.says
     assert "Measure them again" in said.says
     same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert "new poses" not in same.says
+
+
+def test_new_poses_are_judged_by_the_model_with_its_effects() -> None:
+    """Where the effect is missing it makes their error, and the bench takes it away."""
+    report, readings = fitted("second-order:5:x")
+    benches = Benches(replace(report, validation=later(report.holds[:6])), readings)
+    before = benches.fitted().sensors["accelerometer"]
+    benches.accelerometer.add("second-order")
+    after = benches.fitted().sensors["accelerometer"]
+    assert len(after.validation) == 6
+    assert after.validation_rms is not None
+    assert after.validation_rms < 2.0 * after.rms_fitted
+    assert after.validation_rms < 0.2 * before.rms_fitted
+
+
+def later(holds: Sequence[Hold], scale: float = 1.0) -> tuple[Hold, ...]:
+    """The same poses once more, a moment after each, with readings that have changed."""
+    return tuple(
+        replace(one, start=one.start + 1e-3, accelerometer=scale * one.accelerometer)
+        for one in holds
+    )
 
 
 def test_too_few_directions_to_predict_one_are_told() -> None:

@@ -84,6 +84,18 @@ async def test_work_that_ends_while_its_screen_is_left_asks_for_no_part_of_it() 
     assert app.return_code in (None, 0)
 
 
+@pytest.mark.parametrize(("connected", "lost"), [(True, False), (False, True)])
+async def test_a_port_that_is_lost_is_remembered_for_the_last_words(
+    connected: bool, lost: bool
+) -> None:
+    source = fakes.FakeSource(stream=replace(fakes.STREAM, connected=connected))
+    app = WizardApp(fakes.services(source), None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: app.state.snapshot is not None)
+        await pilot.press("q")
+    assert app.state.port_lost is lost
+
+
 @pytest.mark.parametrize(
     "make",
     [
