@@ -176,9 +176,9 @@ class Experiment(ABC):
         return calibration
 
     def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
-        """What entries that stay nominal add to the covariance of M and b, (12, 12)."""
+        """Errors of usual size in what of M and b the rows do not determine, shape (12, k)."""
         del found
-        return np.zeros((ENTRIES, ENTRIES))
+        return np.zeros((ENTRIES, 0))
 
     def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """What M and b may be wrong by beyond what independent rows leave, covariance, (12, 12).
