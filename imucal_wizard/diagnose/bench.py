@@ -275,11 +275,6 @@ class Bench:
         """Why terms that were to be added are not in the model, in words."""
         return tuple(why for name, why in self._refused.items() if name not in self.fit.model)
 
-    @property
-    def left_out_unit(self) -> str:
-        """What is left out to check the model."""
-        return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
-
     def keep(self, found: Sequence[Found]) -> None:
         """Keep why the newest terms were added."""
         self._found += found

@@ -123,6 +123,11 @@ class Experiment(ABC):
         """Whether the rows that judge it rest on gravity as the accelerometer's model sees it."""
         return any(one.judged and one.needs_reference for one in self.sources)
 
+    @property
+    def left_out(self) -> str:
+        """What is left out to check a model, in the plural."""
+        return f"{next(one.group_word for one in self.sources if one.judged)}s"
+
     @abstractmethod
     def under(
         self, reference: "GravityReference | None", readings: Readings | None
