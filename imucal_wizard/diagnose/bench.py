@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.could_be import could_be
+from imucal_wizard.diagnose.could_be import Hidden, could_be, most_hidden
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
@@ -170,6 +170,12 @@ class BenchFindings:
         return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 
     @cached_property
+    def most_hidden(self) -> Hidden | None:
+        """See ``could_be.most_hidden``; None where it makes less than the error could be."""
+        one = most_hidden(self.fit, self.misfit, self.hypotheses, self.posterior)
+        return one if one and self.could_be is not None and one.error > self.could_be else None
+
+    @cached_property
     def rejected_by_reference(self) -> bool:
         """Whether only rows that rest on the accelerometer's model speak against this one."""
         rows = self.misfit.table.needs_reference
@@ -279,11 +285,6 @@ class Bench:
     def refused(self) -> tuple[str, ...]:
         """Why terms that were to be added are not in the model, in words."""
         return tuple(why for name, why in self._refused.items() if name not in self.fit.model)
-
-    @property
-    def left_out_unit(self) -> str:
-        """What is left out to check the model."""
-        return f"{next(one.group_word for one in self.measured.sources if one.judged)}s"
 
     def keep(self, found: Sequence[Found]) -> None:
         """Keep why the newest terms were added."""

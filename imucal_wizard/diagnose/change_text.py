@@ -6,6 +6,7 @@ from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import MIN_FALL_TEXT, Bench, Found, falls
 from imucal_wizard.diagnose.verdict import Opinion, Terms
+from imucal_wizard.estimate.experiment import Experiment
 
 
 class Judged(Protocol):
@@ -28,34 +29,36 @@ class ChangeHeldOut:
         of: what is left out.
         before: error of the first model.
         after: error of the second one.
-        in_unit: whether they are in the sensor's unit, and not in units of the noise.
+        alone: the errors that are reported, in the sensor's unit, where those above are of more
+            rows and in units of the noise; else "".
     """
 
     of: str
     before: str
     after: str
-    in_unit: bool
+    alone: str = ""
 
 
-def change_held_out(bench: Bench, below: Judged, above: Judged) -> ChangeHeldOut:
+def change_held_out(measured: Experiment, below: Judged, above: Judged) -> ChangeHeldOut:
     """The errors held out of two models, in the unit that shows which model is confirmed.
 
     In the sensor's unit; in units of the noise where only rows tell it that are not reported.
 
     Args:
-        bench: that of the sensor.
+        measured: the rows.
         below: the first model.
         above: the second one.
     """
-    unit, errors = bench.fit.unit, (below.rms_held_out, above.rms_held_out)
+    errors = below.rms_held_out, above.rms_held_out
     in_noise = below.held_out_in_noise, above.held_out_in_noise
+    before, after = (quantity(one, measured.error_unit) for one in errors)
     if falls(*errors) is falls(*in_noise) or None in in_noise:
-        before, after = (quantity(one, unit) for one in errors)
-        return ChangeHeldOut(bench.left_out_unit, before, after, in_unit=True)
-    words = (one.group_word for one in bench.measured.sources if one.confirms)
+        return ChangeHeldOut(measured.left_out, before, after)
+    words = (one.group_word for one in measured.sources if one.confirms)
     every = " and ".join(f"{one}s" for one in dict.fromkeys(words))
+    alone = f" ({measured.left_out} alone: {before} to {after})"
     before, after = (f"{number(one or 0.0, 3)} times the noise" for one in in_noise)
-    return ChangeHeldOut(every, before, after, in_unit=False)
+    return ChangeHeldOut(every, before, after, alone)
 
 
 def why_not_confirmed(bench: Bench) -> str:
@@ -67,10 +70,10 @@ def why_not_confirmed(bench: Bench) -> str:
             "the first two thirds of the session do not predict the last third better with it: "
             f"the error there is {before} times the noise before, {after} times with it"
         )
-    one = change_held_out(bench, below, above)
+    one = change_held_out(bench.measured, below, above)
     return (
-        f"held-out data do not confirm it: {one.before} before, {one.after} with it, and an effect "
-        f"is confirmed by a fall of more than {MIN_FALL_TEXT}"
+        f"held-out data do not confirm it: {one.before} before, {one.after} with it{one.alone}, "
+        f"and an effect is confirmed by a fall of more than {MIN_FALL_TEXT}"
     )
 
 
@@ -82,12 +85,14 @@ def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...
         added: the newest terms.
         opinion: the one that led to it.
     """
-    change, found = change_held_out(bench, bench.ladder[-1 - len(added)], bench.ladder[-1]), []
+    below, above = bench.ladder[-1 - len(added)], bench.ladder[-1]
+    change, found = change_held_out(bench.measured, below, above), []
     for name in added:
         place = next(k for k, members in enumerate(opinion.terms) if name in members)
         members, decided_by = opinion.terms[place], f"{change.of} left out"
         family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
-        reason = f"{family}the error held out falls from {change.before} to {change.after}"
+        fall = f"the error held out falls from {change.before} to {change.after}{change.alone}"
+        reason = f"{family}{fall}"
         if opinion.families[place] in opinion.decided:
             decided_by += " and the gyroscope's closure"
         like = tuple(one for one in members if one != name)

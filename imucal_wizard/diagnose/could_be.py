@@ -20,7 +20,8 @@ from functools import cache
 import numpy as np
 
 from imucal_wizard.core.directions import even_directions
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import normal_below
 from imucal_wizard.diagnose.hypotheses import (
     EFFECT,
@@ -32,10 +33,10 @@ from imucal_wizard.diagnose.hypotheses import (
 )
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import walk_of
-from imucal_wizard.diagnose.residuals import WhitenedResiduals
+from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.variance_components import inverted
-from imucal_wizard.model.rows.source import Parameters, Rows
+from imucal_wizard.model.rows.source import Parameters
 from imucal_wizard.model.rows.table import numbered
 from imucal_wizard.model.terms import Term, Terms
 
@@ -66,7 +67,9 @@ def could_be(
     hypotheses: HypothesisSet,
     posterior: Posterior,
 ) -> float | None:
-    """The error without noise that is exceeded in one of twenty directions.
+    """The error without noise that is exceeded with a probability of 5 % in a random direction.
+
+    Given these data, with each effect of the catalogue as rare and as large as in usual sensors.
 
     Args:
         fit: the model.
@@ -77,12 +80,8 @@ def could_be(
     Returns:
         In the unit of the fit's errors; None where hardly any explanation in the catalogue fits.
     """
-    table = fit.rows
-    assert table is not None  # noqa: S101 (narrows the type)
-    rows, base, unseen, item = _elsewhere(fit)
-    white = table.whitened(table.columns)
-    # B'·δ for one unit of noise in each row
-    absorbed = -base @ inverted(white.T @ white + np.diag(table.precision)) @ white.T
+    elsewhere = Elsewhere(fit)
+    absorbed, unseen, item = elsewhere.absorbed, elsewhere.unseen, elsewhere.item
     noise = (absorbed**2).sum(axis=1)
     square = posterior.noise.sum(axis=1) @ np.array(hypotheses.frame.wanders) ** 2
     slow = square * ((absorbed @ walk_of(misfit)) * absorbed).sum(axis=1)
@@ -90,10 +89,7 @@ def could_be(
 
     @cache
     def moved(term: str, variant: float | None) -> FloatArray:
-        one = candidates[term, variant]
-        effect = Term(one.effect, one.variant)
-        own = np.concatenate([each.design_columns([effect]) for each in rows])
-        return np.asarray(one.typical * (absorbed @ one.columns - own))
+        return elsewhere.moved(candidates[term, variant])
 
     def columns_of(one: Hypothesis) -> FloatArray:
         if one.kind != EFFECT:
@@ -122,6 +118,54 @@ def could_be(
     if sum(shares) < MIN_CATALOGUE_SHARE:
         return None
     return _quantile(np.array(shares), np.array(means), np.array(squares))
+
+
+MAX_HIDDEN_INFORMATION = 3.0
+"""Squares of the noise that an effect of usual size may take away and still is not determined: the
+standard deviation that is left of its prior is then more than half."""
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """An effect of orientation that these data do not determine.
+
+    Attributes:
+        name: of the effect, with its parameter.
+        error: that it makes at its usual size, exceeded in one of twenty directions, in the unit of
+            the fit's errors.
+    """
+
+    name: str
+    error: float
+
+
+def most_hidden(
+    fit: SensorFit, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
+) -> Hidden | None:
+    """The effect that these data hide and that would make the largest error at its usual size.
+
+    Args:
+        fit: the model.
+        misfit: what it leaves.
+        hypotheses: the explanations.
+        posterior: their probabilities.
+    """
+    elsewhere, found = Elsewhere(fit), []
+    frame, lengths = hypotheses.frame, np.bincount(elsewhere.item)
+    for one in misfit.candidates:
+        if one.effect.kind != "orientation" or one.effect.free:
+            continue
+        seen = (frame.across.T @ one.columns) * one.typical
+        information = frame.weights(posterior.wander) @ seen**2
+        hidden = np.flatnonzero(information < MAX_HIDDEN_INFORMATION)
+        if not len(hidden):
+            continue
+        moved = elsewhere.moved(one)[:, hidden] ** 2
+        for place, squares in zip(hidden, moved.T, strict=True):
+            size = np.sqrt(np.bincount(elsewhere.item, squares)[lengths > 0])
+            error = float(np.quantile(size, COVERED_SHARE))
+            found.append(Hidden(f"{one.term} {one.names[place]}", error))
+    return max(found, key=lambda one: one.error, default=None)
 
 
 def _likely(
@@ -166,37 +210,52 @@ def _quantile(shares: FloatArray, means: FloatArray, variances: FloatArray) -> f
     return float(high**1.5)
 
 
-def _elsewhere(fit: SensorFit) -> tuple[list[Rows], FloatArray, FloatArray, IntArray]:
+class Elsewhere:
     """Judged rows in directions that were not measured, at the calibration found.
 
-    Returns:
-        The rows of each source; their derivative by the fitted parameters, shape (k, p); their
-        variance by errors of the base that the rows do not show, shape (k,); the number of each
-        row's hold or rotation, shape (k,).
+    Args:
+        fit: the model.
+
+    Attributes:
+        rows: of each source.
+        absorbed: by how much a unit of noise in each row measured moves each of them, by what the
+            model absorbs of it, shape (k, n).
+        unseen: their variance by errors of the base that the rows do not show, shape (k,).
+        item: the number of each row's hold or rotation, shape (k,).
     """
-    experiment, table = fit.experiment, fit.rows
-    assert experiment is not None and table is not None  # noqa: S101, PT018 (narrows the types)
-    sizes = np.concatenate([np.zeros(0), *fit.sizes])
-    calibration, terms = Parameters(fit.matrix, fit.bias, sizes), Terms(fit.sensor, fit.terms)
-    sources = [
-        one.elsewhere(DIRECTIONS, calibration, terms) for one in experiment.sources if one.judged
-    ]
-    rows = [source.at(calibration, terms) for source in sources]
-    directions = experiment.directions(fit.base).columns
-    # errors of the reference, which come last, are no error of this sensor
-    base = np.zeros((sum(len(one.residual) for one in rows), table.columns.shape[1]))
-    entries = [one.base_columns() for one in rows]
-    own = [
-        np.concatenate([by_entries @ directions, one.term_columns(fit.terms)], axis=1)
-        for by_entries, one in zip(entries, rows, strict=True)
-    ]
-    base[:, : own[0].shape[1]] = np.concatenate(own)
-    unseen = np.zeros(len(base))
-    covariance = None if fit.minimum is None else experiment.unseen(fit.minimum)
-    if covariance is not None:
-        whole = np.concatenate(entries)
-        unseen = np.maximum(((whole @ covariance) * whole).sum(axis=1), 0.0)
-    return rows, base, unseen, numbered([source.labels.index for source in sources])
+
+    def __init__(self, fit: SensorFit) -> None:
+        experiment, table = fit.experiment, fit.rows
+        assert experiment is not None and table is not None  # noqa: S101, PT018 (narrows the types)
+        sizes = np.concatenate([np.zeros(0), *fit.sizes])
+        calibration, terms = Parameters(fit.matrix, fit.bias, sizes), Terms(fit.sensor, fit.terms)
+        judged = [one for one in experiment.sources if one.judged]
+        sources = [one.elsewhere(DIRECTIONS, calibration, terms) for one in judged]
+        self.rows = [source.at(calibration, terms) for source in sources]
+        self.item = numbered([source.labels.index for source in sources])
+        directions = experiment.directions(fit.base).columns
+        # errors of the reference, which come last, are no error of this sensor
+        base = np.zeros((len(self.item), table.columns.shape[1]))
+        entries = [one.base_columns() for one in self.rows]
+        own = [
+            np.concatenate([by_entries @ directions, one.term_columns(fit.terms)], axis=1)
+            for by_entries, one in zip(entries, self.rows, strict=True)
+        ]
+        base[:, : own[0].shape[1]] = np.concatenate(own)
+        white = table.whitened(table.columns)
+        normal = white.T @ white + np.diag(table.precision)
+        self.absorbed = np.asarray(-base @ inverted(normal) @ white.T)
+        self.unseen = np.zeros(len(base))
+        covariance = None if fit.minimum is None else experiment.unseen(fit.minimum)
+        if covariance is not None:
+            whole = np.concatenate(entries)
+            self.unseen = np.maximum(((whole @ covariance) * whole).sum(axis=1), 0.0)
+
+    def moved(self, one: Candidate) -> FloatArray:
+        """Change of each row by each parameter of an effect, of usual size, shape (k, p)."""
+        effect = Term(one.effect, one.variant)
+        own = np.concatenate([each.design_columns([effect]) for each in self.rows])
+        return np.asarray(one.typical * (self.absorbed @ one.columns - own))
 
 
 def _sizes(

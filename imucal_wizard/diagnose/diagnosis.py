@@ -3,7 +3,7 @@
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.core.quantities import plural
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
 from imucal_wizard.diagnose.suspects import Suspect
@@ -127,6 +127,15 @@ class Diagnosis:
     def could_be(self) -> float | None:
         """The error that these data may not show, see ``could_be``; None without findings."""
         return None if self.findings is None else self.findings.could_be
+
+    @property
+    def hidden_note(self) -> str:
+        """The largest error that the figure "could be" leaves out, in a sentence, or ""."""
+        one = None if self.findings is None else self.findings.most_hidden
+        if self.findings is None or one is None:
+            return ""
+        error = quantity(one.error, self.findings.fit.unit)
+        return f"these data hide {one.name}, which at its usual size would make {error}"
 
     @property
     def by_method(self) -> str:

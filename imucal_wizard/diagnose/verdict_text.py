@@ -275,7 +275,7 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     first, now = curves[0], bench.fit.rms_held_out
     then = None if first.trial is None else first.trial.rms_held_out
     others = [other for other in curves[1:] if shape_of(bench.fit, other.term, curves)]
-    unit, out = bench.fit.unit, bench.left_out_unit
+    unit, out = bench.fit.unit, bench.measured.left_out
     if now is None or then is None:
         return []
     change = f"the error on {out} left out from {quantity(now, unit)} to {quantity(then, unit)}"
@@ -522,7 +522,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
         sentences.append(
-            f"These {bench.left_out_unit} are too few to predict one that is left out: more of "
+            f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
         )
     if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
@@ -565,8 +565,8 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     unit, now = bench.fit.unit, bench.fit.held_out_in_noise
     if diagnosis.added:
         below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
-        one = change_held_out(bench, below, above)
-        noise = f", where noise alone gives {quantity(above.floor, unit)}" * one.in_unit
+        one = change_held_out(bench.measured, below, above)
+        noise = one.alone or f", where noise alone gives {quantity(above.floor, unit)}"
         return [
             f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
         ]
@@ -578,10 +578,10 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     then = None if trial is None else trial.held_out_in_noise
     if first is None or trial is None or now is None or then is None:
         return []
-    one = change_held_out(bench, bench.fit, trial)
+    one = change_held_out(bench.measured, bench.fit, trial)
     if one.before == one.after:
         return [f"Adding {first.term} would leave the error on {one.of} left out at {one.before}."]
-    change = f"the error on {one.of} left out from {one.before} to {one.after}"
+    change = f"the error on {one.of} left out from {one.before} to {one.after}{one.alone}"
     if then < now:
         return [f"Adding {first.term} would bring {change}."]
     return [f"Adding {first.term} would raise {change}, so it is not added."]
@@ -642,7 +642,7 @@ def _against_noise(bench: Bench) -> str:
     """The error on data held out, beside the noise."""
     rung, unit = bench.ladder[-1], bench.fit.unit
     held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
-    return f"{held} on {bench.left_out_unit} left out; noise alone gives {noise}"
+    return f"{held} on {bench.measured.left_out} left out; noise alone gives {noise}"
 
 
 def _opinion(diagnosis: Diagnosis) -> Opinion:

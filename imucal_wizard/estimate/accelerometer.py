@@ -33,6 +33,7 @@ from imucal_wizard.model.identifiability import (
     BIAS,
     NON_ORTHOGONALITY,
     SCALE,
+    TYPICAL_SIZE,
     Identifiable,
     identifiable,
     undetermined_modes,
@@ -243,7 +244,7 @@ class AccelerometerExperiment(Experiment):
         (rows,) = found.rows
         return Fitted(
             errors=found.system.residual,
-            columns=found.system.columns,
+            columns=np.concatenate([found.system.columns, found.nominal_shown], axis=1),
             variance=found.balance.variance,
             alike=rows.direction @ rows.direction.T,
             pull=pull,
@@ -259,15 +260,15 @@ class AccelerometerExperiment(Experiment):
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: angles and scales that the poses do not determine."""
-        modes = undetermined_modes(self.up, self.identified.basis)
-        if not modes.shape[1] or found.base != BASE:
-            return None
-        # a bias that is too large makes the corrected force too small
-        size = np.full(len(ENTRY_OF), self.gain)
-        size[:3] = -self.gravity / self.gain
-        moved = np.zeros((ENTRIES, modes.shape[1]))
-        moved[list(ENTRY_OF)] = size[:, None] * modes
-        return np.asarray(moved @ moved.T)
+        modes = found.nominal_modes[:ENTRIES]
+        return np.asarray(modes @ modes.T) if modes.shape[1] else None
+
+    def left_nominal(self, found: Minimum[Experiment]) -> FloatArray:
+        """See ``Experiment``: angles and scales that the poses do not determine."""
+        del found
+        entry_of = np.array(ENTRY_OF)
+        left = np.setdiff1d(np.arange(len(entry_of)), self.identified.places)
+        return np.asarray(np.eye(ENTRIES)[:, entry_of[left]] * TYPICAL_SIZE[left] * self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""

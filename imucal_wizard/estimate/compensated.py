@@ -131,11 +131,10 @@ def _of_matrix(fit: SensorFit) -> Deviation | None:
     if fit.sensor == "accelerometer":
         rows, columns = (list(places) for places in zip(*TRIANGLE, strict=True))
         size, covariance = (fit.matrix - np.eye(3))[rows, columns], covariance[3:, 3:]
-        ordinary = TYPICAL_SIZE[3:]
+        ordinary, known = TYPICAL_SIZE[3:], fit.fitted_entries[3:]
     else:
         size, covariance = (fit.matrix - np.eye(3)).ravel(), covariance[:9, :9]
-        ordinary = np.full(9, ORDINARY_GAIN)
-    known = np.diag(covariance) > 0.0
+        ordinary, known = np.full(9, ORDINARY_GAIN), fit.fitted_entries[:9]
     if not known.any():
         return None
     left = np.full(len(size), LEFT_IN_MATRIX[fit.sensor])

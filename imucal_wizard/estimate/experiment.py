@@ -124,6 +124,11 @@ class Experiment(ABC):
         """Whether the rows that judge it rest on gravity as the accelerometer's model sees it."""
         return any(one.judged and one.needs_reference for one in self.sources)
 
+    @property
+    def left_out(self) -> str:
+        """What is left out to check a model, in the plural."""
+        return f"{next(one.group_word for one in self.sources if one.judged)}s"
+
     @abstractmethod
     def under(
         self, reference: "GravityReference | None", readings: Readings | None
@@ -185,9 +190,9 @@ class Experiment(ABC):
         return calibration
 
     def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
-        """What entries that stay nominal add to the covariance of M and b, (12, 12)."""
+        """Errors of usual size in what of M and b the rows do not determine, shape (12, k)."""
         del found
-        return np.zeros((ENTRIES, ENTRIES))
+        return np.zeros((ENTRIES, 0))
 
     def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """What M and b may be wrong by beyond what independent rows leave, covariance, (12, 12).

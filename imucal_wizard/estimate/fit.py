@@ -42,7 +42,7 @@ from imucal_wizard.estimate.variance_components import (
     solved,
 )
 from imucal_wizard.model.rows.decorrelation import Decorrelation, decorrelation
-from imucal_wizard.model.rows.source import Parameters, Rows, RowSource
+from imucal_wizard.model.rows.source import ENTRIES, Parameters, Rows, RowSource
 from imucal_wizard.model.rows.table import ResidualTable, groups_of, numbered
 from imucal_wizard.model.terms import Term, Terms
 
@@ -198,9 +198,55 @@ class Minimum(Generic[E_co]):
         return np.asarray(self.balance.covariance @ inner @ self.balance.covariance)
 
     @cached_property
-    def in_session(self) -> FloatArray | None:
-        """See ``Experiment.in_session``."""
-        return self.experiment.in_session(self)
+    def of_entries(self) -> FloatArray | None:
+        """Covariance of M and b by noise, slow noise and priors, (12, 12); None as ``covariance``.
+
+        What stays nominal adds ``nominal_modes``.
+        """
+        covariance = self.covariance()
+        if covariance is None:
+            return None
+        in_session = self.experiment.in_session(self)
+        if in_session is not None:
+            return in_session
+        free, basis = slice(0, len(self.directions)), self.directions.columns
+        return np.asarray(basis @ covariance[free, free] @ basis.T)
+
+    @cached_property
+    def nominal_modes(self) -> FloatArray:
+        """Errors by what of the base stays nominal, each of usual size, shape (12 + p, k).
+
+        Of M and b and of the p sizes of effects. With rows J, weights W, prior P and the parameters
+        fitted F, an error δ of entries that stay nominal moves those fitted by
+        ``−(Fᵀ Jᵀ W J F + P)⁻¹ Fᵀ Jᵀ W J δ``.
+        """
+        left, shift = self._left_nominal, self.pull() @ self._nominal_columns
+        entries = left + self.directions.columns @ shift[: len(self.directions)]
+        return np.concatenate([entries, shift[self.sizes]])
+
+    @cached_property
+    def nominal_shown(self) -> FloatArray:
+        """Combinations of the independent rows that show what stays nominal, shape (n, k).
+
+        An error of usual size moves each by more than measured noise does, so that what a fit
+        leaves of it is no noise.
+        """
+        columns, own = self._nominal_columns, np.sqrt(self.system.own)[:, None]
+        left = columns + self.system.columns @ (self.pull() @ columns)
+        rows, sizes, _ = np.linalg.svd(left / own, full_matrices=False)
+        return np.asarray(own * rows[:, sizes > 1.0])
+
+    @cached_property
+    def _left_nominal(self) -> FloatArray:
+        if self.base != self.experiment.base_terms:
+            return np.zeros((ENTRIES, 0))
+        return self.experiment.left_nominal(self)
+
+    @property
+    def _nominal_columns(self) -> FloatArray:
+        """Change of each independent row by what stays nominal, each of usual size, (n, k)."""
+        columns = np.concatenate([rows.base_columns() for rows in self.rows])
+        return self.independent.rows(columns @ self._left_nominal)
 
     def pull(self) -> FloatArray:
         """By how much an error of each independent row moves each parameter, shape (p, n)."""
@@ -345,19 +391,18 @@ def _covariances(
 
     None where nothing is left to judge by, or without repeats.
     """
-    experiment, covariance = found.experiment, found.covariance()
-    if covariance is None:
+    covariance, of_entries = found.covariance(), found.of_entries
+    if covariance is None or of_entries is None:
         return None, None, None
-    of_entries = found.in_session
-    if of_entries is None:
-        free, basis = slice(0, len(found.directions)), found.directions.columns
-        of_entries = basis @ covariance[free, free] @ basis.T + experiment.left_nominal(found)
+    by_nominal = found.nominal_modes @ found.nominal_modes.T
+    of_nominal, sizes = by_nominal[:ENTRIES, :ENTRIES], by_nominal[ENTRIES:, ENTRIES:]
     by_repeats = None
     # repeats show the scatter of the rows fitted only where all of these are such rows
     if repeats is not None and (table.judged & table.repeats_are_noise & ~table.moving).all():
-        by_repeats = repeats.rms**2 / float(found.white_variance.mean()) * of_entries
-    of_sizes = found.terms.within_gauge(covariance[found.sizes, found.sizes])
-    return of_entries, of_sizes, by_repeats
+        share = repeats.rms**2 / float(found.white_variance.mean())
+        by_repeats = share * of_entries + of_nominal
+    of_sizes = found.terms.within_gauge(covariance[found.sizes, found.sizes] + sizes)
+    return of_entries + of_nominal, of_sizes, by_repeats
 
 
 def _accused(found: Minimum[Experiment], table: ResidualTable) -> Outlier | None:

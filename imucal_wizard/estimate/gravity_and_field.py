@@ -413,7 +413,7 @@ def _added(source: FieldClosure, fit: SensorFit, better: SensorFit) -> Added:
     ratio = None
     if fit.covariance is not None and better.covariance is not None:
         before, after = np.diag(fit.covariance)[:9], np.diag(better.covariance)[:9]
-        seen = before > 0.0
+        seen = fit.fitted_entries[:9]
         ratio = float(np.sqrt(after[seen] / before[seen]).mean()) if seen.any() else None
     table = better.rows
     assert table is not None  # noqa: S101 (narrows the type)

@@ -39,11 +39,7 @@ from imucal_wizard.estimate.slow_rests import RestPieces, long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
-from imucal_wizard.model.nominal_gains import (
-    CROSS_PRIOR,
-    SCALE_PRIOR,
-    Nominal,
-)
+from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import (
@@ -403,12 +399,7 @@ class GyroscopeExperiment(Movable):
 
     def in_session(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``."""
-        known = in_session_by_rests(found, self.resting, self.long_rest)
-        if known is None:
-            return None
-        # gains that are left at their nominal values are no result and have no variance
-        fitted = found.directions.columns.any(axis=1)
-        return known + np.where(np.outer(fitted, fitted), self._of_nominal_gains(found), 0.0)
+        return in_session_by_rests(found, self.resting, self.long_rest)
 
     def foreseen(
         self, found: Minimum[Experiment], combinations: FloatArray
@@ -420,32 +411,20 @@ class GyroscopeExperiment(Movable):
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
-        whole, plain, balance = found.in_session, found.covariance(), found.balance
-        if whole is None or plain is None or found.base != BASE:
+        known, plain, balance = found.of_entries, found.covariance(), found.balance
+        if known is None or plain is None or found.base != BASE:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))
         by_priors = (balance.covariance * balance.precision) @ balance.covariance
-        beyond = whole - basis @ (plain - by_priors)[free, free] @ basis.T
-        fitted = basis.any(axis=1)
-        nominal = np.where(np.outer(fitted, fitted), 0.0, self._of_nominal_gains(found))
-        return np.asarray(beyond + nominal)
+        modes = found.nominal_modes[:ENTRIES]
+        beyond = known - basis @ (plain - by_priors)[free, free] @ basis.T
+        return np.asarray(beyond + modes @ modes.T)
 
-    def _of_nominal_gains(self, found: Minimum[Experiment]) -> FloatArray:
-        """Covariance of M and b by gains that the rotations do not determine, (12, 12).
-
-        They may be wrong by what datasheets allow, and move what is fitted beside them.
-        """
+    def left_nominal(self, found: Minimum[Experiment]) -> FloatArray:
+        """See ``Experiment``: gains that the rotations do not determine, by datasheets."""
         left = [entry for entry in range(9) if entry not in self.free]
-        if not left or found.base != BASE:
-            return np.zeros((ENTRIES, ENTRIES))
-        basis, balance = found.directions.columns, found.balance
-        own = np.concatenate([rows.base_columns()[:, left] for rows in found.rows])
-        weighted = found.system.columns / balance.variance[:, None]
-        pulled = balance.covariance @ (weighted.T @ found.independent.rows(own))
-        moved = np.eye(ENTRIES)[:, left] - basis @ pulled[: basis.shape[1]]
-        size = float(np.linalg.norm(found.calibration.matrix, 2))
-        moved *= size * np.where(np.isin(left, self.nominal.scales), SCALE_PRIOR, CROSS_PRIOR)
-        return np.asarray(moved @ moved.T)
+        usual = datasheet_precision(self.nominal, found.calibration.matrix)[left] ** -0.5
+        return np.eye(ENTRIES)[:, left] * usual
 
     def shift(self, rotations: Sequence[int]) -> FloatArray:
         """Variance by which the mean of the rests before rotations is off, reading units², (3,).

@@ -19,31 +19,15 @@ from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rotation_set import rotation_set
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.nominal_gains import (
-    CROSS_PRIOR,
-    SCALE_PRIOR,
     Nominal,
+    datasheet_precision,
     least_identifiable,
     nominal_of,
 )
-from imucal_wizard.model.rows.source import (
-    ENTRIES,
-    MATRIX,
-    Parameters,
-)
+from imucal_wizard.model.rows.source import Parameters
 
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
-
-
-def datasheet_precision(nominal: Nominal, matrix: FloatArray) -> FloatArray:
-    """Precision of what datasheets say of M and b, shape (12,).
-
-    It fixes what the data do not determine, so that a first fit can show what they do.
-    """
-    size, out = np.linalg.norm(matrix, 2), np.zeros(ENTRIES)
-    out[MATRIX] = (CROSS_PRIOR * size) ** -2.0
-    out[list(nominal.scales)] = (SCALE_PRIOR * size) ** -2.0
-    return out
 
 
 def gyroscope_minimum(

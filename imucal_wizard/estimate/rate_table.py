@@ -32,7 +32,6 @@ from imucal_wizard.estimate.gyroscope import (
     in_session_by_rests,
 )
 from imucal_wizard.estimate.gyroscope_fit import (
-    datasheet_precision,
     determined_entries,
     of_determined,
 )
@@ -61,7 +60,7 @@ from imucal_wizard.estimate.table_steps import (
 from imucal_wizard.estimate.variance_components import determined
 from imucal_wizard.measurement.constant_rates import constant_rates
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
-from imucal_wizard.model.nominal_gains import Nominal
+from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import BIAS, ENTRIES, Parameters, RowLabels
 
@@ -222,19 +221,13 @@ class RateTableExperiment(Movable):
         if not rests:
             return None
         longest = long_rest(self.series, rests, self._start.matrix)
-        out = in_session_by_rests(found, rests, longest)
-        return None if out is None else out + self.left_nominal(found)
+        return in_session_by_rests(found, rests, longest)
 
     def left_nominal(self, found: Minimum[Experiment]) -> FloatArray:
-        """See ``Experiment``: what gains of usual size that stay nominal do to the others."""
+        """See ``Experiment``: gains that the mountings do not determine."""
         left = [entry for entry in ENTRY_OF if entry < BIAS.start and entry not in self.free]
-        if not left or found.base != BASE:
-            return np.zeros((ENTRIES, ENTRIES))
         usual = datasheet_precision(self.nominal, found.calibration.matrix)[left] ** -0.5
-        columns = np.concatenate([rows.base_columns()[:, left] for rows in found.rows]) * usual
-        pull = found.pull()[: len(found.directions)]
-        moved = found.directions.columns @ pull @ found.independent.rows(columns)
-        return np.asarray(moved @ moved.T)
+        return np.eye(ENTRIES)[:, left] * usual
 
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""

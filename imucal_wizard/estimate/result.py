@@ -16,7 +16,7 @@ from imucal_wizard.core.notices import (
     without_refusals,
 )
 from imucal_wizard.core.quantities import plural, quantity
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.distributions import quantile
@@ -225,7 +225,8 @@ class SensorFit:
         held_out: error of each when it is left out, or None.
         covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
             yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
-            (gyroscope).
+            (gyroscope). An entry that stays nominal has its usual size, with what it does to those
+            fitted; that of a method of the papers, none.
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         validation: the error of each of them, in ``unit``; empty without any.
@@ -341,6 +342,14 @@ class SensorFit:
     def not_determined(self) -> tuple[str, ...]:
         """Names of the parameters that the data do not determine."""
         return tuple(one.name for one in self.parameters if not one.carried)
+
+    @property
+    def fitted_entries(self) -> BoolArray:
+        """Which of the numbers of ``covariance`` are fitted and not nominal, shape (n,)."""
+        if self.minimum is None:
+            return np.asarray(np.diag(np.asarray(self.covariance)) > 0.0)
+        entries = list(self.minimum.experiment.covariance_entries)
+        return np.asarray(self.minimum.directions.columns[entries].any(axis=1))
 
     def correct(self, readings: FloatArray, circumstances: Circumstances) -> FloatArray:
         """Readings corrected, SI, shape (n, 3); see ``corrected``."""

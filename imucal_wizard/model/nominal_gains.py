@@ -8,6 +8,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.model.rows.source import ENTRIES, MATRIX
 
 CROSS_PRIOR = 0.02
 """Cross-axis gain of MEMS gyroscopes, one standard deviation (datasheets: 1–2 %)."""
@@ -106,3 +107,14 @@ def least_identifiable(
     # cross-axis gains go before scales: a scale is what the rotations were made for
     worst = max(candidates, key=lambda index: (share[index], index not in nominal.scales))
     return worst if share[worst] > CARRIED_SHARE else None
+
+
+def datasheet_precision(nominal: Nominal, matrix: FloatArray) -> FloatArray:
+    """Precision of what datasheets say of M and b, shape (12,).
+
+    It fixes what the data do not determine, so that a first fit can show what they do.
+    """
+    size, out = np.linalg.norm(matrix, 2), np.zeros(ENTRIES)
+    out[MATRIX] = (CROSS_PRIOR * size) ** -2.0
+    out[list(nominal.scales)] = (SCALE_PRIOR * size) ** -2.0
+    return out

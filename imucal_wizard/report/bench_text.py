@@ -15,6 +15,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.diagnose.bench import MIN_FALL_TEXT, Bench, Entry, Rung, entries_of, falls
+from imucal_wizard.diagnose.change_text import change_held_out
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
@@ -211,8 +212,21 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
         now, then = (quantity(one, "rad") for one in entry.closures)
         words.append(f"gyroscope's closure with this: {now} → {then}")
     if entry.rises:
-        words.append("▲ the held-out error would not fall")
+        words.append(_not_falling(entry, fit))
     return "; ".join(words)
+
+
+def _not_falling(entry: Entry, fit: SensorFit) -> str:
+    """That the error in the column held out would not fall, and which one would."""
+    trial, measured = None if entry.suspect is None else entry.suspect.trial, fit.experiment
+    if trial is not None and measured is not None:
+        change = change_held_out(measured, fit, trial)
+        if change.alone and falls(fit.held_out_in_noise, trial.held_out_in_noise):
+            return (
+                f"▲ the error on {measured.left_out} left out would not fall, that on {change.of} "
+                f"would: from {change.before} to {change.after}"
+            )
+    return "▲ the held-out error would not fall"
 
 
 def suspect_name(entry: Entry) -> str:

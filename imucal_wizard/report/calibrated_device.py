@@ -364,15 +364,20 @@ class CalibratedDevice:
             seat=_seat(sensor, kind.error_unit),
             limit=self._limit(name, sensor) / kind.limit_seconds,
         )
-        covariance = known.left_out([n for n, one in sensor.parameters.items() if not one.carried])
+        left = [n for n, one in sensor.parameters.items() if not one.carried]
         if sensor.covariance is None:
             self.warnings.append(
                 f"the {name}'s calibration has no standard errors: usual ones are taken"
             )
             bias, scale = (TYPICAL_SHARE * change for change in drift.CHANGES[name])
-            covariance += known.spread(np.full(3, bias**2), scale**2, scale**2)
+            spread = known.spread(np.full(3, bias**2), scale**2, scale**2)
+            covariance = known.left_out(left) + spread
         else:
-            covariance[np.ix_(kind.entries, kind.entries)] += np.array(sensor.covariance)
+            covariance = np.zeros((ENTRIES, ENTRIES))
+            covariance[np.ix_(kind.entries, kind.entries)] = np.array(sensor.covariance)
+            # a calibration file may count what stays nominal as without an error
+            exact = np.diag(covariance) == 0.0
+            covariance += np.where(np.outer(exact, exact), known.left_out(left), 0.0)
         return replace(known, covariance=covariance)
 
     def _limit(self, name: str, sensor: Sensor) -> float:

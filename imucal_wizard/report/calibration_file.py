@@ -163,8 +163,9 @@ class Sensor(msgspec.Struct, frozen=True):
             None of a sensor of which that is not asked.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
-        could_be: error without noise that is exceeded in one of twenty directions if the sensor has
-            effects that these poses do not show; None without a verdict.
+        could_be: error without noise that is exceeded with a probability of 5 % in a random
+            direction, given these data and how often and how large sensors have each known effect;
+            None without a verdict.
         rms_validation: error on poses taken after the fit, or None.
         repeatability: scatter of the visits to one pose, rms (of the gyroscope: of its rates at
             rest), or None where no pose was repeated or the method does not show it.

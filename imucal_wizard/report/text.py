@@ -55,8 +55,7 @@ def summary(
         ),
     ]
     for name, fit in report.sensors.items():
-        could_be = known[name].could_be if name in known else None
-        lines += ["", *_sensor(name, fit, could_be)]
+        lines += ["", *_sensor(name, fit, known.get(name))]
         if fit.of_table:
             lines += _table_lines(fit)
     if report.magnetic is not None:
@@ -109,7 +108,7 @@ def _wrapped(text: str) -> str:
     return textwrap.fill(text, TEXT_COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
+def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
@@ -117,13 +116,15 @@ def _sensor(name: str, fit: SensorFit, could_be: float | None) -> list[str]:
     limits = limits_text(fit.held_out_interval, fit.unit)
     likely = f" (90 %: {limits})" if limits else ""
     text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
-    if could_be is not None:
-        text += f"; could be {quantity(could_be, fit.unit)}"
+    hidden = ""
+    if known is not None and known.could_be is not None:
+        text += f"; could be {quantity(known.could_be, fit.unit)}"
+        hidden = known.hidden_note
     if fit.validation_rms is not None:
         text += f", new poses {quantity(fit.validation_rms, fit.unit)}"
     for paragraph in (
         text,
-        *(f"  {note}" for note in (fit.before_note, fit.slow_noise_note) if note),
+        *(f"  {note}" for note in (hidden, fit.before_note, fit.slow_noise_note) if note),
     ):
         lines += textwrap.wrap(
             paragraph, TEXT_COLUMNS, initial_indent="  ", subsequent_indent="    "

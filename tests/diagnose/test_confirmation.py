@@ -5,10 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from imucal_wizard.diagnose.bench import Bench
+from imucal_wizard.core.quantities import quantity
+from imucal_wizard.diagnose.bench import Bench, BenchFindings, entries_of
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
+from imucal_wizard.report.bench_text import suspect_details
 from tests.estimate.extended.turns import DEGREE, Noise, course, measured, twenty_turns
 
 G_SENSITIVITY = Term(effect("g-sensitivity"))
@@ -19,13 +21,20 @@ NOISY_REFERENCE = Noise(sample=0.05 * DEGREE, wander=0.002 * DEGREE, force=0.03)
 
 
 @pytest.fixture(scope="module")
-def bench() -> Bench:
+def named() -> tuple[Bench, BenchFindings]:
     """A gyroscope that feels gravity, beside an accelerometer that errs by 3 mg in each hold."""
     rng = np.random.default_rng(6)
     made = course(twenty_turns())
     found = Bench("gyroscope", measured(made, (G_SENSITIVITY,), OF_X_BY_Y, NOISY_REFERENCE, rng))
-    assert add_by_itself(found).opinion.families == ("g-sensitivity",)
-    return found
+    findings = add_by_itself(found)
+    assert findings.opinion.families == ("g-sensitivity",)
+    return found, findings
+
+
+@pytest.fixture(scope="module")
+def bench(named: tuple[Bench, BenchFindings]) -> Bench:
+    """With the effect added."""
+    return named[0]
 
 
 def test_rests_confirm_what_hardly_moves_a_rotation(bench: Bench) -> None:
@@ -39,11 +48,24 @@ def test_rests_confirm_what_hardly_moves_a_rotation(bench: Bench) -> None:
 
 
 def test_the_reason_tells_the_errors_that_fall(bench: Bench) -> None:
-    """In units of the noise, since those in degrees do not."""
+    """In units of the noise, since those in degrees do not, as the reason says."""
     (found,) = bench.found
     assert found.decided_by == "directions and rotations left out"
     words = r"the error held out falls from 2\.\d\d times the noise to 1\.\d\d times the noise"
-    assert re.fullmatch(words, found.reason)
+    errors = (quantity(one.rms_held_out, "rad") for one in bench.ladder)
+    alone = f" (rotations alone: {' to '.join(errors)})"
+    assert re.fullmatch(words + re.escape(alone), found.reason)
+
+
+def test_a_suspect_tells_which_error_would_not_fall(named: tuple[Bench, BenchFindings]) -> None:
+    """Beside its mark, which belongs to the error in the column: that of the rotations."""
+    entry = next(one for one in entries_of(*named) if one.term == "g-sensitivity")
+    assert entry.rises
+    words = (
+        r"▲ the error on rotations left out would not fall, that on directions and rotations "
+        r"would: from 2\.\d\d times the noise to 1\.\d\d times the noise$"
+    )
+    assert re.search(words, suspect_details(entry, named[1].fit, 80))
 
 
 def test_no_earlier_data_need_foresee_a_step() -> None:

@@ -17,6 +17,7 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.could_be import DIRECTIONS
 from imucal_wizard.estimate.accelerometer import accelerometer_experiment
 from imucal_wizard.estimate.fit import fit
+from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import ACCELEROMETER
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude
 from imucal_wizard.model.rows.source import Parameters
@@ -37,6 +38,27 @@ def _said(design: str, seed: int) -> float:
     rng = np.random.default_rng(seed)
     bench = Bench(ACCELEROMETER, measured_of(record(PLANS[design], COLOURS["white"], (), rng)))
     return bench.look().could_be or np.inf
+
+
+def test_the_hidden_effect_that_would_make_most_is_named() -> None:
+    """Faces and edges show no product of all three forces; corners do.
+
+    ``x y z`` is zero on all of them and on average, so that no parameter absorbs any of it.
+    """
+    rng = np.random.default_rng(4)
+    faces_and_edges, with_corners = (
+        Bench(ACCELEROMETER, measured_of(record(PLANS[one], COLOURS["white"], (), rng))).look()
+        for one in ("18", "26+12")
+    )
+    hidden = faces_and_edges.most_hidden
+    assert hidden is not None
+    assert hidden.name in {f"cross-product {one}" for one in ("xyz", "yxz", "zxy")}
+    typical = effect("cross-product").typical(ACCELEROMETER).max() * 1e-3 * STANDARD_GRAVITY
+    assert hidden.error == pytest.approx(
+        typical * np.quantile(np.abs(DIRECTIONS.prod(axis=1)), 0.95), rel=0.1
+    )
+    other = with_corners.most_hidden
+    assert other is None or "cross-product" not in other.name
 
 
 def test_angles_that_the_poses_do_not_determine_may_be_wrong() -> None:

@@ -78,6 +78,32 @@ def test_eighteen_poses_cover_by_students_t(method: str) -> None:
     assert normal / repetitions / 6 < 0.95
 
 
+@pytest.mark.parametrize("again", [False, True], ids=["poses-once", "poses-twice"])
+def test_six_tilted_poses_cover_with_the_angles_that_they_leave_nominal(again: bool) -> None:
+    """The angles of a usual sensor move bias and scale where no face is exactly up.
+
+    Either the last pose alone is repeated, which shows the noise only, or all are, a few degrees
+    off the first time, which shows some of the angles, too.
+    """
+    rng, repetitions = np.random.default_rng(3), 30
+    inside: Counter[str] = Counter()
+    for _ in range(repetitions):
+        matrix = np.diag(rng.normal(1.0, 0.02, 3))
+        matrix[np.triu_indices(3, 1)] = rng.normal(0.0, 0.015, 3)
+        truth = Truth(np.asarray(np.linalg.inv(matrix), float), rng.normal(0.0, 0.3, 3))
+        up = tilted(np.concatenate([SIX, SIX]) if again else SIX, 3.0, rng)
+        up = up if again else np.concatenate([up, np.repeat(up[-1:], 6, axis=0)])
+        noise = SIGMA * rng.standard_normal(up.shape)
+        holds = holds_of(truth, up, noise=noise, sigma=SIGMA)
+        fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+        true = triangular_parameters(truth.matrix, truth.bias)
+        for parameter in fit.parameters:
+            if parameter.name.startswith(("bias", "sensitivity")):
+                off = abs(parameter.value - true[parameter.name])
+                inside[parameter.name] += off < 1.96 * (parameter.standard_error or 0.0)
+    _check(inside, repetitions)
+
+
 def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
     """The six faces twice: six degrees of freedom from the repeats alone."""
     rng, repetitions = np.random.default_rng(2), 60

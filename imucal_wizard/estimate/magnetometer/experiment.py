@@ -447,35 +447,24 @@ class MagnetometerExperiment(Experiment):
         precision = np.where(found.slow, 0.0, balance.precision)
         by_priors = (balance.covariance * precision) @ balance.covariance
         by_priors = basis @ by_priors[free, free] @ basis.T
-        return np.asarray(by_errors + by_priors + self.left_nominal(found))
+        return np.asarray(by_errors + by_priors)
 
     def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """See ``Experiment``: soft iron that is left at none, and slow errors of rows."""
-        whole, plain = self.in_session(found), found.covariance()
-        if whole is None or plain is None:
+        known, plain = found.of_entries, found.covariance()
+        if known is None or plain is None:
             return None
         basis, free = found.directions.columns, slice(0, len(found.directions))
-        return np.asarray(whole - basis @ plain[free, free] @ basis.T)
+        modes = found.nominal_modes[:ENTRIES]
+        return np.asarray(known - basis @ plain[free, free] @ basis.T + modes @ modes.T)
 
     def left_nominal(self, found: "Minimum[Experiment]") -> FloatArray:
-        """Soft iron that is left at none counts with its usual size, see ``Experiment``.
-
-        No sensor has none. With rows J, weights W, free directions B and the others C, an error δ
-        along C moves what is fitted by ``−B (Bᵀ Jᵀ W J B)⁻¹ Bᵀ Jᵀ W J C δ``.
-        """
+        """See ``Experiment``: soft iron that is left at none, which no sensor has."""
         free = found.directions.columns
         whole = self._directions(bias=True, scales=True, cross=True)[0]
         chosen = np.linalg.lstsq(whole, free, rcond=None)[0]
         left = whole @ np.linalg.svd(chosen)[0][:, free.shape[1] :]
-        if not left.shape[1] or found.base != self.base_terms:
-            return np.zeros((ENTRIES, ENTRIES))
-        columns = np.concatenate([rows.base_columns() for rows in found.rows])
-        columns = found.independent.rows(columns)
-        weighted = columns / found.balance.variance[:, None]
-        normal = columns.T @ weighted
-        pulled = np.linalg.solve(free.T @ normal @ free, free.T @ normal @ left)
-        moved = SOFT_IRON_SIZE * self.data.gain * (left - free @ pulled)
-        return np.asarray(moved @ moved.T)
+        return np.asarray(SOFT_IRON_SIZE * self.data.gain * left)
 
 
 def mounting(alignment: Alignment) -> tuple[Parameter, ...]:

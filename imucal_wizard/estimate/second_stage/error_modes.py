@@ -94,6 +94,8 @@ def of_accelerometer(fit: SensorFit, up: FloatArray, gravity: float) -> FloatArr
     if fit.covariance is not None:
         change = _of_corrected(fit, gravity)
         noise = principal(change @ fit.covariance @ change.T)
+        if np.diag(fit.covariance).all():
+            return noise  # what stays nominal is part of it
         if noise.shape[1]:
             basis = noise
     return np.concatenate([noise, undetermined_modes(up, basis)], axis=1)

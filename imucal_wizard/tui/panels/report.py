@@ -162,7 +162,9 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
     for name, fit in report.sensors.items():
         limits = limits_text(fit.held_out_interval, fit.unit)
         notes = [f"held out, 90 %: {limits}"] if limits else []
-        notes += [note for note in (fit.before_note, fit.slow_noise_note) if note]
+        diagnosis = diagnoses.get(name)
+        hidden = "" if diagnosis is None else diagnosis.hidden_note
+        notes += [note for note in (hidden, fit.before_note, fit.slow_noise_note) if note]
         if notes:
             remarks.append(Text(f" {name}: {'; '.join(notes)}", "dim"))
     new = [_validation(fit) for fit in report.sensors.values() if fit.validation]
