@@ -38,7 +38,7 @@ from imucal_wizard.model.terms import Term
 
 _SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
 
-MAX_SCATTER = 1.5
+MAX_CLOSURE_SCATTER = 1.5
 """Scatter of closures over their measured noise above which something is missing ..."""
 SURE_OF_SCATTER = 0.99
 """... if this is so with that probability."""
@@ -121,7 +121,7 @@ class Referee:
         effects = [own[:, first:past] for first, past in itertools.pairwise(ends.tolist())]
         each = evidence_by_scatter(found, effects)
         whole = float(np.logaddexp.reduce(each))
-        scattered = float(np.exp(each[SIGMAS > MAX_SCATTER] - whole).sum())
+        scattered = float(np.exp(each[SIGMAS > MAX_CLOSURE_SCATTER] - whole).sum())
         return Testimony(rms_held_out(found), whole, scattered)
 
 
