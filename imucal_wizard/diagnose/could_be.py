@@ -126,7 +126,7 @@ standard deviation that is left of its prior is then more than half."""
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenEffect:
     """An effect of orientation that these data do not determine.
 
     Attributes:
@@ -141,7 +141,7 @@ class Hidden:
 
 def most_hidden(
     fit: SensorFit, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
-) -> Hidden | None:
+) -> HiddenEffect | None:
     """The effect that these data hide and that would make the largest error at its usual size.
 
     Args:
@@ -164,7 +164,7 @@ def most_hidden(
         for place, squares in zip(hidden, moved.T, strict=True):
             size = np.sqrt(np.bincount(elsewhere.item, squares)[lengths > 0])
             error = float(np.quantile(size, COVERED_SHARE))
-            found.append(Hidden(f"{one.term} {one.names[place]}", error))
+            found.append(HiddenEffect(f"{one.term} {one.names[place]}", error))
     return max(found, key=lambda one: one.error, default=None)
 
 
