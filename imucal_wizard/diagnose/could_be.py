@@ -22,7 +22,7 @@ import numpy as np
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import normal_below
+from imucal_wizard.core.statistics import normal_below, sample_quantile
 from imucal_wizard.diagnose.hypotheses import (
     EFFECT,
     NOTHING,
@@ -163,7 +163,7 @@ def most_hidden(
         moved = elsewhere.moved(one)[:, hidden] ** 2
         for place, squares in zip(hidden, moved.T, strict=True):
             size = np.sqrt(np.bincount(elsewhere.item, squares)[lengths > 0])
-            error = float(np.quantile(size, COVERED_SHARE))
+            error = sample_quantile(size, COVERED_SHARE)
             found.append(HiddenEffect(f"{one.term} {one.names[place]}", error))
     return max(found, key=lambda one: one.error, default=None)
 
