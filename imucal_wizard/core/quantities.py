@@ -13,6 +13,7 @@ value with a standard error has as many decimals as two digits of the error need
 """
 
 import math
+from collections.abc import Sequence
 
 from imucal_wizard.core.units import STANDARD_GRAVITY
 
@@ -147,6 +148,11 @@ def times_in_words(count: int) -> str:
 def plural(count: int, word: str) -> str:
     """A count with its noun."""
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in words: ``x``, ``x and y``, ``x, y and z``."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 def as_sentence(text: str) -> str:

@@ -13,7 +13,7 @@ from functools import cached_property, partial
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.could_be import Hidden, could_be, most_hidden
+from imucal_wizard.diagnose.could_be import HiddenEffect, could_be, most_hidden
 from imucal_wizard.diagnose.floors import Floors, Rounding, floors_of
 from imucal_wizard.diagnose.free_curves import offered_curves, try_curves
 from imucal_wizard.diagnose.hypotheses import DISTURBED
@@ -170,7 +170,7 @@ class BenchFindings:
         return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 
     @cached_property
-    def most_hidden(self) -> Hidden | None:
+    def most_hidden(self) -> HiddenEffect | None:
         """See ``could_be.most_hidden``; None where it makes less than the error could be."""
         one = most_hidden(self.fit, self.misfit, self.hypotheses, self.posterior)
         return one if one and self.could_be is not None and one.error > self.could_be else None

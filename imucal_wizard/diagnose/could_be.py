@@ -22,7 +22,7 @@ import numpy as np
 from imucal_wizard.core.directions import even_directions
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import normal_below
+from imucal_wizard.core.statistics import normal_below, sample_quantile
 from imucal_wizard.diagnose.hypotheses import (
     EFFECT,
     NOTHING,
@@ -126,7 +126,7 @@ standard deviation that is left of its prior is then more than half."""
 
 
 @dataclass(frozen=True)
-class Hidden:
+class HiddenEffect:
     """An effect of orientation that these data do not determine.
 
     Attributes:
@@ -141,7 +141,7 @@ class Hidden:
 
 def most_hidden(
     fit: SensorFit, misfit: WhitenedResiduals, hypotheses: HypothesisSet, posterior: Posterior
-) -> Hidden | None:
+) -> HiddenEffect | None:
     """The effect that these data hide and that would make the largest error at its usual size.
 
     Args:
@@ -163,8 +163,8 @@ def most_hidden(
         moved = elsewhere.moved(one)[:, hidden] ** 2
         for place, squares in zip(hidden, moved.T, strict=True):
             size = np.sqrt(np.bincount(elsewhere.item, squares)[lengths > 0])
-            error = float(np.quantile(size, COVERED_SHARE))
-            found.append(Hidden(f"{one.term} {one.names[place]}", error))
+            error = sample_quantile(size, COVERED_SHARE)
+            found.append(HiddenEffect(f"{one.term} {one.names[place]}", error))
     return max(found, key=lambda one: one.error, default=None)
 
 

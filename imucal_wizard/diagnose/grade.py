@@ -135,8 +135,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     scale = impossible_scale(fit.matrix) if known else None
     if scale is not None:
         return (
-            f"no sensor has its scale, {number(scale)}: a column, unit, range or sampling rate is "
-            "wrong"
+            f"no sensor has its scale, about {number(scale, 2)}: a column, unit, range or sampling "
+            "rate is wrong"
         )
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
     if diagnosis.by_method and diagnosis.bench is not None:

@@ -25,7 +25,7 @@ from imucal_wizard.core.poses import (
     nearest_pose,
     pose_in_words,
 )
-from imucal_wizard.core.quantities import fixed
+from imucal_wizard.core.quantities import fixed, size_with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -465,8 +465,11 @@ def brings(apart: Apart) -> str:
     """What the requests bring, in words."""
     word = "rotations" if apart.turning else "poses"
     count = {1: "this pose", 2: f"both {word}"}.get(apart.poses, f"all {apart.poses} {word}")
-    before = "no size" if not np.isfinite(apart.before) else f"{apart.before:.2g}"
-    return f"{count} together: from {apart.after:.2g} instead of {before} {apart.unit}"
+    before, after = (
+        size_with_unit(one, apart.unit) if np.isfinite(one) else "no size"
+        for one in (apart.before, apart.after)
+    )
+    return f"{count} together: from {after} instead of {before}"
 
 
 def _separate(

@@ -7,7 +7,7 @@ measurements that would decide where these data do not.
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.quantities import number, quantity, size_with_unit
+from imucal_wizard.core.quantities import listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.change_text import change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
@@ -103,7 +103,7 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
     gone = diagnosis.base_left_out
     if not gone:
         return []
-    names = _and(gone)
+    names = listed(gone)
     verb, them = ("is", "it") if len(gone) == 1 else ("are", "them")
     return [
         (
@@ -183,7 +183,7 @@ def _closures(diagnosis: Diagnosis) -> list[str]:
         left = [(name, members) for name, members in chosen if name in opinion.decided]
         verb = "decides for" if all(len(members) == 1 for _, members in left) else "leaves"
         names = [_decided(opinion, *one) for one in left]
-        end = f": with the accelerometer's residuals, this {verb} {_and(names)}"
+        end = f": with the accelerometer's residuals, this {verb} {listed(names)}"
     elif opinion.heard.lacks_all:
         them = "it" if len(known) == 1 else "each of them"
         end = f": far more than the noise also with {them}, so that this decides nothing"
@@ -437,14 +437,14 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     what = "the device moved, or the sensor changed"
     advice = f"Measure {them} again; nothing has been deleted."
     if spans := spans_to_leave_out(diagnosis):
-        said = _and([f"{start:.1f} to {end:.1f} s" for start, end in spans])
+        said = listed([f"{start:.1f} to {end:.1f} s" for start, end in spans])
         advice = (
             f"Other holds in the same pose agree with the rest: fit the recording without {said}. "
             "Nothing has been deleted."
         )
     return [
         (
-            f"{_capital(_and(places) or 'one hold')} {verb} the misfit better than any effect "
+            f"{_capital(listed(places) or 'one hold')} {verb} the misfit better than any effect "
             f"tested here, and without {them} only noise is left: {what}. {advice}"
         )
     ]
@@ -656,10 +656,6 @@ def _degrees(value: float) -> str:
 
 def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
-
-
-def _and(names: "tuple[str, ...] | list[str]") -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
 
 
 def _or(members: tuple[str, ...]) -> str:

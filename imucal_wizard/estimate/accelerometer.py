@@ -267,7 +267,7 @@ class AccelerometerExperiment(Experiment):
         """See ``Experiment``: angles and scales that the poses do not determine."""
         del found
         entry_of = np.array(ENTRY_OF)
-        left = np.setdiff1d(np.arange(len(entry_of)), self.identified.places)
+        left = [place for place in range(len(entry_of)) if place not in self.identified.places]
         return np.asarray(np.eye(ENTRIES)[:, entry_of[left]] * TYPICAL_SIZE[left] * self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:

@@ -9,13 +9,13 @@ from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import quantity, times_in_words
+from imucal_wizard.core.quantities import number, quantity, times_in_words
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
-from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.result import SensorFit, usual_scale
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
 
@@ -140,15 +140,13 @@ def _exchanged_axes(signs: FloatArray) -> list[str]:
 
 def _scales(fit: SensorFit) -> tuple[float, list[str]]:
     """Usual scale (true over read) of the axes, and what is said of those that differ from it."""
-    sizes = np.linalg.norm(fit.matrix, axis=0)
-    usual = median(sizes)
-    odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > IMPLAUSIBLE_SCALE).tolist()
-    if fit.unusable or not odd:
-        return float(np.linalg.norm(fit.matrix) / np.sqrt(3.0)), []
+    usual, sizes, odd = usual_scale(fit.matrix)
+    if fit.unusable:
+        return root_mean_square(sizes), []
     return usual, [
         f"the {fit.sensor}'s {AXES[axis]} axis reads {usual / sizes[axis]:.3g} times what the "
         "other axes read of the same input, which no sensor does: check its column, unit and range"
-        for axis in odd
+        for axis in odd.tolist()
     ]
 
 
@@ -168,8 +166,7 @@ def scale_notes(scale: float, rate: float) -> list[str]:
         true = float(f"{rate / scale:.2g}")
         fits.append(f"the sampling rate is about {true:g} Hz instead of {rate:.4g} Hz")
     fits += _other_range(scale)
-    about = float(f"{scale:.2g}")
-    found = f"the gyroscope's scale comes out as about {about:g}, which no sensor has"
+    found = f"the gyroscope's scale comes out as about {number(scale, 2)}, which no sensor has"
     if not fits:
         return [f"{found}: check the unit of the rates, the range and the sampling rate"]
     which = "which is true" if len(fits) > 1 else "this"

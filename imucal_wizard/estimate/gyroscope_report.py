@@ -116,7 +116,8 @@ def fit_gyroscope(
     if found.outlier is not None:
         odd = replace(found.outlier, index=int(usable[found.outlier.index]))
         found = replace(found, outlier=odd)
-    found = replace(found, warnings=(*found.warnings, *_noise_notes(experiment)))
+    if not silent:  # a motion about a silent axis counts as rest, and as noise of its end
+        found = replace(found, warnings=(*found.warnings, *_noise_notes(experiment)))
 
     # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)

@@ -15,9 +15,10 @@ from imucal_wizard.core.notices import (
     of_kind,
     without_refusals,
 )
-from imucal_wizard.core.quantities import plural, quantity
+from imucal_wizard.core.quantities import number, plural, quantity
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
+from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -139,14 +140,30 @@ def worse_than_none(
     )
 
 
-def impossible_scale(matrix: FloatArray) -> float | None:
-    """The scale (true over read) of an axis that no sensor has, the worst one; None without such.
+def usual_scale(matrix: FloatArray) -> tuple[float, FloatArray, IntArray]:
+    """Usual scale (true over read) of the axes, that of each, and those that differ from it.
 
     Args:
         matrix: M, of readings in the unit of the input, shape (3, 3).
     """
-    sizes = np.linalg.norm(matrix, axis=0)
-    far = np.abs(np.log(np.maximum(sizes, np.finfo(float).tiny)))
+    sizes = np.maximum(np.linalg.norm(matrix, axis=0), np.finfo(float).tiny)
+    usual = median(sizes)
+    odd = np.flatnonzero(np.abs(np.log(sizes / usual)) > IMPLAUSIBLE_SCALE)
+    return usual if len(odd) else root_mean_square(sizes), sizes, odd
+
+
+def impossible_scale(matrix: FloatArray) -> float | None:
+    """A scale (true over read) that no sensor has: the usual one, else that of the worst axis.
+
+    None without such.
+
+    Args:
+        matrix: M, of readings in the unit of the input, shape (3, 3).
+    """
+    usual, sizes, _ = usual_scale(matrix)
+    if abs(np.log(usual)) > IMPLAUSIBLE_SCALE:
+        return usual
+    far = np.abs(np.log(sizes))
     return float(sizes[far.argmax()]) if far.max() > IMPLAUSIBLE_SCALE else None
 
 
@@ -171,9 +188,9 @@ def unchecked_scale(
     if worst is None:
         return ""
     return (
-        f"no rotation is left to check the gyroscope's fit, which gives a scale of {worst:.3g} "
-        "that no sensor has: do not apply it; rotate about each axis in both senses between still "
-        "positions, or correct the unit"
+        "no rotation is left to check the gyroscope's fit, which gives a scale of about "
+        f"{number(worst, 2)} that no sensor has: do not apply it; rotate about each axis in both "
+        "senses between still positions, or correct the unit"
     )
 
 

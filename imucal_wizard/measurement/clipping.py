@@ -37,7 +37,7 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import true_minus, unit_sign, with_unit
+from imucal_wizard.core.quantities import listed, true_minus, unit_sign, with_unit
 from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import (
@@ -68,18 +68,24 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
         short: the samples span only a few seconds, which may end in a rest; the end must then be
             beyond the smallest common range.
     """
+    ends: dict[str, str] = {}
     for axis in range(3):
         column = series.values[:, axis]
         for end in (float(column.max()), float(column.min())):
             if _is_end(column, end, sensor, series.unit, short=short):
-                read = with_unit(true_minus(f"{end:.5g}"), unit_sign(series.unit))
-                return Notice(
-                    f"The {sensor}'s {AXES[axis]} axis is at the end of its range ({read}); "
-                    f"its readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
-                    NoticeKind.CLIPPED,
-                    sensor,
-                )
-    return ""
+                ends.setdefault(AXES[axis], true_minus(f"{end:.5g}"))
+    if not ends:
+        return ""
+    which, its, more = f"{listed(tuple(ends))} axes are", "their", "s"
+    if len(ends) == 1:
+        which, its, more = f"{next(iter(ends))} axis is", "its", ""
+    read = with_unit(", ".join(dict.fromkeys(ends.values())), unit_sign(series.unit))
+    return Notice(
+        f"The {sensor}'s {which} at the end{more} of {its} range{more} ({read}); "
+        f"{its} readings there are wrong: {CLIPPING_ADVICE[sensor]}.",
+        NoticeKind.CLIPPED,
+        sensor,
+    )
 
 
 def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bool) -> bool:

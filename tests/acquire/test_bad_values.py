@@ -125,6 +125,16 @@ def test_a_clipped_axis_is_named_with_its_limit() -> None:
     assert "4.36 rad/s" in text
 
 
+def test_all_axes_that_clip_are_named() -> None:
+    def clip(values: FloatArray) -> None:
+        swing = 8 * np.sin(values[:, 0] * 2)
+        values[:, 4:7] = np.clip(swing[:, None] + values[:, 4:7], -4.36, 4.36)
+
+    text = warned(spoilt(clip))
+    assert "gyroscope's x, y and z axes are at the ends of their ranges" in text
+    assert "4.36 rad/s" in text
+
+
 def test_the_top_of_a_smooth_turn_in_coarse_steps_is_not_clipped() -> None:
     """Two printed decimals: the peak stands on one value, but comes there step by step."""
 

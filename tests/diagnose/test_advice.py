@@ -9,6 +9,7 @@ from imucal_wizard.core.poses import CORNERS, EDGES, FACES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.effect_text import difference_at_one_g
 from imucal_wizard.diagnose.next_poses import (
     brings,
@@ -61,7 +62,7 @@ def test_poses_that_tell_two_explanations_apart_come_with_their_gain_in_numbers(
     assert apart.after < apart.before < np.inf
     assert poses
     assert brings(apart) in poses[0].why
-    assert f"{apart.after:.2g} instead of {apart.before:.2g} mg/g²" in poses[0].why
+    assert f"{apart.after:.2g} mg/g² instead of {apart.before:.2g} mg/g²" in poses[0].why
     for pose in poses:
         assert np.linalg.norm(pose.direction) == pytest.approx(1.0)
 
@@ -140,3 +141,10 @@ def test_between_faces_and_edges_a_kink_and_a_bend_differ_most(bench: Bench) -> 
     assert "tilted 30° towards" in tilts[0].why
     assert all(np.linalg.norm(one.direction) == pytest.approx(1.0) for one in poses)
     assert after < 0.6 * before
+
+
+def test_what_poses_bring_is_told_in_the_digits_of_the_verdict() -> None:
+    apart = Apart("scale-temperature", "bias-temperature", 794.6, 12.34, 500.0, "mg/°C", 2)
+    assert brings(apart) == "both poses together: from 12 mg/°C instead of 795 mg/°C"
+    never = replace(apart, before=np.inf)
+    assert brings(never) == "both poses together: from 12 mg/°C instead of no size"

@@ -11,6 +11,8 @@ from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.notices import not_calibrated
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.fit_warnings import gyroscope_warnings
+from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import FitReport, unchecked_scale, worse_than_none
 from tests.tui.fakes import diagnoses, report
 
@@ -148,3 +150,14 @@ def test_a_scale_that_no_sensor_has_is_never_good(factors: tuple[float, ...]) ->
     counts = replace(wrong, bias_unit="count")
     found = graded(replace(known, sensors={"gyroscope": counts}), GOOD)["gyroscope"]
     assert found.grade is Grade.GOOD
+
+
+def test_the_grade_and_the_warning_state_the_same_scale() -> None:
+    """That of all axes, which differ from one another by some per cent."""
+    known = report()
+    fit = known.sensors["gyroscope"]
+    wrong = replace(fit, matrix=np.diag([0.0173, 0.0178, 0.0175]))
+    why = graded(replace(known, sensors={"gyroscope": wrong}), GOOD)["gyroscope"].why
+    assert "no sensor has its scale, about 0.018:" in why
+    (warned,) = gyroscope_warnings(GyroscopeReport(wrong, (), ()), "rad/s", 100.0)
+    assert "scale comes out as about 0.018, which no sensor has" in warned

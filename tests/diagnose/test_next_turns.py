@@ -8,7 +8,7 @@ import pytest
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.next_poses import next_requests
+from imucal_wizard.diagnose.next_poses import brings, next_requests
 from imucal_wizard.diagnose.optimal_design import (
     Explained,
     apart_length,
@@ -81,7 +81,7 @@ def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(
     assert gain.turning
     assert gain.after < gain.before
     (asked,) = requests
-    assert f"from {gain.after:.2g} instead of {gain.before:.2g}" in asked.why
+    assert brings(gain) in asked.why
     assert (asked.axis, asked.turns) == ("x", 6)
     text = verdict_text(
         Diagnosis(

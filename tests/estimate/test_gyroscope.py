@@ -1,5 +1,7 @@
 """The nine-parameter gyroscope fit in the accelerometer's frame."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation as Attitude
@@ -7,11 +9,14 @@ from scipy.spatial.transform import Rotation as Attitude
 from imucal_wizard.core.attitude import RotationSamples
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit import fit as fit_rows
 from imucal_wizard.estimate.fit import minimum
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import determined_entries
+from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
 from imucal_wizard.estimate.gyroscope_start import aided_start, misfit, start_matrix
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rotation_set import rotation_set
 from imucal_wizard.model.nominal_gains import CROSS_PRIOR, SCALE_PRIOR, Nominal, nominal_of
@@ -25,6 +30,7 @@ from tests.estimate.motions import (
     hand_turns,
 )
 from tests.estimate.truth import Truth, in_counts, turn, typical_gyroscope
+from tests.estimate.wandering import wandering
 
 
 def _of(fit: SensorFit) -> GyroscopeExperiment:
@@ -293,3 +299,22 @@ def test_the_coning_that_the_derivative_leaves_out_moves_no_parameter(rate: floa
     )
     correlation = fit.covariance / np.outer(sigma, sigma)
     assert np.abs(0.5 * correlation @ slope).max() < 2e-3
+
+
+def test_a_silent_axis_is_not_told_as_an_unsteady_hand() -> None:
+    """The motion that it does not show is in the rests, whose mean forces then scatter."""
+    session = wandering(2, 0.0, np.random.default_rng(11))
+    first, said = session.rotations[0].before, []
+    shaken = replace(first, accelerometer_covariance=1e4 * first.accelerometer_covariance)
+    holds = [shaken if one is first else one for one in session.holds]
+    rotations = [replace(session.rotations[0], before=shaken), *session.rotations[1:]]
+    found = fit_accelerometer(holds, STANDARD_GRAVITY, "m/s^2")
+    for dead in (False, True):
+        sees = np.array([1.0, 0.0 if dead else 1.0, 1.0])
+        turned = [replace(one, rate=one.rate * sees) for one in rotations]
+        told = fit_gyroscope(holds, turned, found, "rad/s")
+        assert told.fit is not None
+        said.append("; ".join((*told.warnings, *told.fit.warnings)))
+    assert "was not steady" in said[0]
+    assert "axis y reads the same" in said[1]
+    assert "was not steady" not in said[1]
