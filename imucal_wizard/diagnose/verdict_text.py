@@ -23,6 +23,7 @@ from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measure
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
+from imucal_wizard.model.effects.earth_rate import EARTH_RATE, EarthRate
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -253,7 +254,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
-        none += _together(bench, nearest.term)
+        none += _together(bench, nearest.term) + _towards_north(bench, nearest.term)
     elif opinion.shapeless:
         none = "No effect tested here has the shape of the misfit."
     elif known:
@@ -357,6 +358,17 @@ def _together(bench: Bench, term: str) -> str:
     )
 
 
+def _towards_north(bench: Bench, term: str) -> str:
+    """What is left of the Earth's rotation where it is nearest, or in the model; "" elsewhere."""
+    if EarthRate.name not in (term, *bench.fit.model):
+        return ""
+    return (
+        " The Earth turns every sensor, too: of its rate only the vertical part is fitted. The "
+        f"part towards north, at most {quantity(EARTH_RATE, 'rad/s', 2)}, differs with the heading "
+        "of each rest and may be what is left."
+    )
+
+
 MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
@@ -382,7 +394,7 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             dependence_text(bench, nearest.term),
         )
         nearly = f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."
-        return [nearly + _together(bench, nearest.term)]
+        return [nearly + _together(bench, nearest.term) + _towards_north(bench, nearest.term)]
     return [
         (
             "These data do not show that the difference follows the time or the pose before: the "

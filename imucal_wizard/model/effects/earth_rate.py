@@ -27,7 +27,7 @@ class EarthRate(Effect):
 
     IEEE 1431 adds the Earth's rate to the input of every test. Of its two parts, ``Ω sin φ`` lies
     along up and is known in the body frame wherever gravity is; ``Ω cos φ`` points north, and
-    without a heading nothing says where that is: it stays in the noise floor, at most 0.0042 °/s.
+    without a heading nothing says where that is: it scatters the rests by at most 0.0042 °/s.
     The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
     narrow prior of a known planet separates them.
     """
@@ -52,7 +52,8 @@ class EarthRate(Effect):
             needs="A gyroscope whose bias is stable to a few degrees per hour, and still poses in "
             "all directions. A g-sensitivity that is the same on all three axes has the same "
             "pattern; only its size can tell. The component towards north cannot be fitted, "
-            "because gravity does not show the heading of a pose; it remains in the noise floor.",
+            "because gravity does not show the heading of a pose; it scatters the readings at "
+            "rest by at most 0.0042 °/s.",
             remedy="No repair is needed. Keep the term, so that the Earth's rate is not counted "
             "as bias or g-sensitivity; a navigation filter subtracts it by latitude and heading.",
             confirm="The size is 15.04 °/h times the sine of the latitude: compare it with the "
