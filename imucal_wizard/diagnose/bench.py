@@ -386,6 +386,12 @@ class Bench:
         guessed = held_out > MAX_HELD_OUT_OF_CURVE * floor
         return replace(opinion, verdict=Verdict.UNEXPLAINED) if guessed else opinion
 
+    def heard_of_each(self) -> Hearing | None:
+        """What the gyroscope says of each effect that may be missing, alone; None without one."""
+        suspects = self.look().suspects
+        each = tuple((one.term,) for one in suspects if one.candidate is not None)
+        return self._hearing(suspects, {}, each) if each else None
+
     def _hearing(
         self,
         suspects: tuple[Suspect, ...],

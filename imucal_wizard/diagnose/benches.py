@@ -18,7 +18,7 @@ from imucal_wizard.core.readings import Readings
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.floors import Rounding, rounding_of, rounding_while_turning
 from imucal_wizard.diagnose.referee import Referee
-from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict import Terms, Verdict
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
@@ -171,6 +171,17 @@ class Benches:
         if bench is None or bench.undetermined or bench.fit.minimum is None:
             return None
         return Referee(bench.look().misfit)
+
+    def hidden_in_reference(self, bench: Bench) -> Terms:
+        """Effects of a complete accelerometer each of which alone explains another sensor's misfit.
+
+        Its own data hardly show them, but they tilt gravity. Empty for sensors whose rows do not
+        judge that, and where none does.
+        """
+        if bench is not self._benches.get(GYROSCOPE) or not self.passed:
+            return ()
+        heard = self.accelerometer.heard_of_each()
+        return () if heard is None else tuple(one for (one,) in heard.enough)
 
     def waits(self, sensor: str) -> bool:
         """Whether the accelerometer's model must be complete before this sensor's can be judged.

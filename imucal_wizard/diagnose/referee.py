@@ -86,6 +86,19 @@ class Hearing:
         return self._best.scattered > SURE_OF_SCATTER and not self.against_all
 
     @property
+    def enough(self) -> tuple[tuple[str, ...], ...]:
+        """What explains the rotations, so that they lack nothing, the likeliest first."""
+        best, least = self._best, MIN_LOG_FACTOR + np.log(len(self.with_terms))
+        if best.scattered > 0.5 or best.log_evidence < self.now.log_evidence + least:
+            return ()
+        order = sorted(self.with_terms.items(), key=lambda one: -one[1].log_evidence)
+        return tuple(
+            terms
+            for terms, one in order
+            if one.scattered <= 0.5 and one.log_evidence > best.log_evidence - MIN_LOG_FACTOR
+        )
+
+    @property
     def _best(self) -> Testimony:
         return max(self.with_terms.values(), key=lambda one: one.log_evidence)
 

@@ -233,6 +233,7 @@ def diagnosis_of(
         disturbed_holds=disturbed[0],
         disturbed_rotations=disturbed[1],
         disturbed_stretches=disturbed[2],
+        in_reference=benches.hidden_in_reference(bench) if verdict is Verdict.UNEXPLAINED else (),
         report=benches.report,
     )
     return replace(found, says=verdict_text(found))

@@ -237,6 +237,15 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
             "the field of the room does not."
         )
+    if diagnosis.in_reference:
+        effect = _or(diagnosis.in_reference)
+        said = (
+            f"With {effect} of the accelerometer, which its own data hardly show, only noise or "
+            "an effect that the bench can name would be left: it tilts gravity, and nothing need "
+            "be wrong with this sensor."
+        )
+        advice = "Hold the next poses, and see whether the accelerometer shows it then."
+        return [left, said, advice, *_not_measured(bench)]
     curves = _curves(diagnosis, bench)
     if curves:
         return [left, "No effect tested here explains it.", *curves]

@@ -153,6 +153,30 @@ def test_rotations_that_lack_something_under_every_explanation_decide_nothing() 
     assert [bool(one.decided) for one in by_scatter] == [True, False]
 
 
+def test_an_effect_that_the_accelerometer_does_not_show_is_found_by_the_rotations() -> None:
+    """A cross product of 2 mg/g² that 18 poses cannot see leaves the accelerometer complete."""
+    benches = Benches(*fitted("cross-product:2:xyz", rotations=6))
+    first, second, *_ = diagnose_benches(benches, {}, automatic=False)
+    assert first.verdict is Verdict.COMPLETE
+    assert second.verdict is Verdict.UNEXPLAINED
+    assert second.in_reference == ("cross-product",)
+    assert "cross-product of the accelerometer" in second.says
+
+
+def test_what_leaves_closures_scattered_explains_nothing() -> None:
+    """Neither does what is no more likely than one of so many would be by chance."""
+
+    def enough(*of: tuple[float, float]) -> tuple[tuple[str, ...], ...]:
+        said: dict[tuple[str, ...], Said] = {
+            (str(k),): Said(None, one, scattered) for k, (one, scattered) in enumerate(of)
+        }
+        return Hearing(Said(None, 0.0), said).enough
+
+    assert enough((20.0, 0.1), (18.0, 0.2), (10.0, 0.0)) == (("0",), ("1",))
+    assert not enough((20.0, 0.9), (18.0, 0.2))
+    assert not enough((4.7, 0.0), (0.0, 1.0))
+
+
 def test_without_a_gyroscope_nothing_changes() -> None:
     """There is nobody to ask."""
     _, readings = fitted("asymmetry:1.5:y", rotations=6)
