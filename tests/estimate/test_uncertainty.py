@@ -254,3 +254,16 @@ def test_the_gyroscopes_standard_errors_cover() -> None:
             off = abs(parameter.value - true[parameter.name])
             inside[parameter.name] += off < reach * (parameter.standard_error or 0.0)
     _check(inside, repetitions)
+
+
+def test_an_angle_left_nominal_makes_its_axis_longer_to_second_order() -> None:
+    """Exact faces show nothing of angles of 1.5° but their squares, which scales absorb."""
+    matrix = np.array([[1.0, 0.026, 0.026], [0.0, 1.0, 0.026], [0.0, 0.0, 1.0]])
+    truth = Truth(np.asarray(np.linalg.inv(matrix), float), np.zeros(3))
+    rng, up = np.random.default_rng(5), np.concatenate([SIX, SIX])
+    noise = 1e-4 * rng.standard_normal(up.shape)
+    fit = fit_accelerometer(holds_of(truth, up, noise=noise, sigma=1e-4), GRAVITY, "m/s^2")
+    off = {one.name: abs(one.value - 1.0) for one in fit.parameters}
+    errors = {one.name: one.standard_error or 0.0 for one in fit.parameters}
+    assert off["sensitivity_z"] > 20.0 * errors["sensitivity_x"]
+    assert off["sensitivity_z"] < 3.0 * errors["sensitivity_z"]
