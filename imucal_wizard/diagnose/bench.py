@@ -591,9 +591,9 @@ class Bench:
         settings = effect.variants(self.measured.circumstances)
         if variant is not None or settings == (None,):
             return with_term(Term(effect, variant))
-        if effect.sudden:
-            return self._with_terms((Term(effect, settings[0]),))
         begin = self.likeliest_variant(effect.name) if near is None else near
+        if effect.sudden:
+            return self._with_terms((Term(effect, begin),))
         return most_likely_setting(with_term, Term(effect, begin), settings)
 
     def _with_terms(self, added: Sequence[Term]) -> SensorFit:
@@ -618,7 +618,12 @@ class Bench:
                 return 0.0
             return -2.0 * referee.hear(found).log_evidence
 
-        begin = min(moments, key=lambda at: self._unlikely([*others, replace(step, variant=at)]))
+        looked = step.variant or moments[0]
+        begin = min(moments, key=lambda at: abs(at - looked))
+        if others:  # beside which it was not looked for
+            begin = min(
+                moments, key=lambda at: self._unlikely([*others, replace(step, variant=at)])
+            )
         times = distinct(where.time).tolist() if turning else ()
         begun = replace(step, variant=begin)
         return most_likely_moment(with_step, begun, moments, times, unlikely)

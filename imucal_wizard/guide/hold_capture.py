@@ -160,6 +160,7 @@ class HoldCapture:
         if kept is None or kept.dropped or context.run.complete:
             return
         grown = self._grown(kept)
+        kept.changed = grown is None
         if grown is not None:
             kept.update(grown)
         if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
@@ -243,6 +244,9 @@ class MotionBuffer:
         motion = KeptRotation(before, after, time, rate, acceleration, after.step)
         # The gap flag of the first block concerns the time before it.
         broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
+        # of a rest that went on otherwise than the hold, the samples in between were not kept
+        begun = float(blocks[0].summary.start[0])
+        broken |= before.changed and begun > before.hold.end + TIME_TOLERANCE
         missing = broken or not bool(np.isfinite(rate).all())
         motion.problem = "samples are missing in it" if missing else None
         return motion

@@ -21,6 +21,7 @@ class KeptHold:
         ticks: the pose that it counts for, by step.
         dropped: taken back; no motion starts from it.
         between: held only to start or end a rotation.
+        changed: its rest went on otherwise than the hold, as when a hand begins to tremble.
     """
 
     hold: Hold
@@ -28,6 +29,7 @@ class KeptHold:
     ticks: dict[StepKind, str] = field(default_factory=dict)
     dropped: bool = False
     between: bool = False
+    changed: bool = False
 
     @property
     def seconds(self) -> float:
