@@ -60,10 +60,13 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     sizes = sizes_of(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
+    largest_one = int(np.abs(sizes[0]).argmax())
+    known = np.abs(sizes[0][largest_one]) >= MIN_SIZE_IN_ERRORS * sizes[1][largest_one]
+    likeliest = "" if known or effect.free else " with the likeliest sizes; these data allow others"
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
         f"{word}: {title}, {sizes_text(effect, bench.sensor, *sizes)}.",
-        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0])}.",
+        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0])}{likeliest}.",
     ]
 
 

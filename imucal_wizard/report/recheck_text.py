@@ -105,7 +105,7 @@ def change_text(moved: MovedParameter) -> str:
 
 
 def seen_text(one: SensorRecheck) -> list[str]:
-    """The least changes that this check sees, in a line; none of a sensor without a row."""
+    """The least changes seen over the usual drift, in a line; none of a sensor without a row."""
     if not one.seen:
         return []
     bias = max(seen.smallest for seen in one.seen if seen.parameter == "bias")
@@ -114,7 +114,8 @@ def seen_text(one: SensorRecheck) -> list[str]:
     if scale > 1.0:
         text = "no change of scale"
     least = quantity(bias, one.unit, 2)
-    return [f"seen with this check ({100.0 * drift.POWER:.0f} %): bias from {least}, {text}"]
+    power = f"{100.0 * drift.POWER:.0f} %"
+    return [f"seen over usual drift ({power}): bias from {least}, {text}"]
 
 
 def kept_recheck(
