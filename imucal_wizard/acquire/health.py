@@ -186,14 +186,14 @@ _LOST = (
     "the port, and print less per sample."
 )
 _COUNTER = (
-    "The sample counter went back: the device has restarted. The following samples begin after a "
-    "gap."
+    "The sample counter went back: the device has restarted, or recordings were joined. The "
+    "following samples begin after a gap."
 )
 _TIME = {
     "wrap": "The device's time restarted at zero because its counter was full; no samples are "
     "lost.",
-    "restart": "The device's time went back: it has restarted. Time continues after a gap; a hold "
-    "or rotation across it must be repeated.",
+    "restart": "The device's time went back: it has restarted, or recordings were joined. Time "
+    "continues after a gap; a hold or rotation across it must be repeated.",
     "jump": "The device's time jumped by more than an hour: a garbled line, or a clock that was "
     "set. Time continues after a gap; a hold or rotation across it must be repeated.",
 }

@@ -209,7 +209,8 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     lack = _opinion(diagnosis).lack
     times = f"the residuals are {number(lack.ratio)} times the measured noise"
     rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
-    if rung.rms_held_out is not None and rung.rms_held_out <= (rung.floor or 0.0):
+    likely = bench.fit.held_out_interval
+    if likely is not None and likely[0] <= (rung.floor or 0.0):
         error = f"The error does not show it: {_against_noise(bench)}."
     left = f"More than noise is left: {times}. {error}"
     if lack.within_noise:

@@ -42,7 +42,14 @@ from imucal_wizard.core.limits.data_quality import (
 from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray, Readings, Series, across_restarts, distinct
+from imucal_wizard.core.readings import (
+    BoolArray,
+    FloatArray,
+    Readings,
+    Series,
+    across_restarts,
+    distinct,
+)
 from imucal_wizard.core.statistics import (
     lengths,
     median,
@@ -398,6 +405,21 @@ def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     return even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
 
 
+def recorded_at_once(one: Series, other: Series) -> bool:
+    """Whether two series of one kind are two sensors of one session.
+
+    They have the same steps of time and move at the same times, but only one of them responds to
+    gravity: the rests of the other are all alike.
+    """
+    if len(one) != len(other) or not np.allclose(np.diff(one.time), np.diff(other.time)):
+        return False
+    still, other_still = _quiet(one)[2], _quiet(other)[2]
+    moved = int(np.count_nonzero(~(still | other_still)))
+    apart = int(np.count_nonzero(still ^ other_still))
+    exchanged = sensors_exchanged(one, other) or sensors_exchanged(other, one)
+    return exchanged and moved >= MIN_RESTS and apart < moved
+
+
 def _feels(series: Series) -> float:
     """Ratio of the variation between rests to their noise; 0 if there are too few rests."""
     means, noise = _rests(series)
@@ -408,13 +430,19 @@ def _feels(series: Series) -> float:
 
 def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
     """Means (k, 3) and noise (k,) of the quiet blocks."""
+    means, noise, quiet = _quiet(series)
+    return means[quiet], noise[quiet]
+
+
+def _quiet(series: Series) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Means (k, 3) and noise (k,) of all blocks, and which of them are quiet."""
     size = max(2, round(GRAVITY_BLOCK_SECONDS * series.rate))
     count = len(series) // size
     if count < MIN_RESTS:
-        return np.zeros((0, 3)), np.zeros(0)
+        return np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.bool_)
     blocks = series.values[: count * size].reshape(count, size, 3)[:: 1 + count // MANY_BLOCKS]
     # by axis, then block: sums of numbers that follow one another take a fifth of the time
     blocks = np.ascontiguousarray(np.moveaxis(blocks, 2, 0))
     noise = np.sqrt(blocks.var(axis=2).sum(axis=0))
-    quiet = noise <= MAX_QUIET_RATIO * sample_quantile(noise, 0.1)
-    return blocks.mean(axis=2).T[quiet], noise[quiet]
+    quiet: BoolArray = noise <= MAX_QUIET_RATIO * sample_quantile(noise, 0.1)
+    return blocks.mean(axis=2).T, noise, quiet

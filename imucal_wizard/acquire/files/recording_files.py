@@ -37,11 +37,17 @@ from imucal_wizard.core.notices import begun
 from imucal_wizard.core.output import sanitise, without_control_characters
 from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
 from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
-from imucal_wizard.measurement.data_quality import check_recording, refuse_without_gravity
+from imucal_wizard.measurement.data_quality import (
+    check_recording,
+    recorded_at_once,
+    refuse_without_gravity,
+)
 
 IMU_TK = "imu_tk"
 """Text pairs of imu_tk: one file for each sensor, lines ``t x y z`` with the time in seconds."""
 _PAIR = ("accelerometer", "gyroscope")
+_TRIAD = "columns t,ax,ay,az"
+"""What would help with a file of ``t x y z`` without names."""
 _SERIES = ("accelerometer", "gyroscope", "magnetometer", "temperature", "current")
 _BESIDE = ("temperature", "current")
 """Auxiliary quantities that may occur in several files."""
@@ -89,7 +95,16 @@ def read_files(
             f"{IMU_TK} is the accelerometer's and the gyroscope's file, not {len(paths)} files; "
             f"give ACC.mat GYRO.mat in this order"
         )
-    files = [_one(path, options, i) for i, path in enumerate(paths)]
+    try:
+        files = [_one(path, options, i) for i, path in enumerate(paths)]
+    except RecordingError as error:
+        if len(paths) != len(_PAIR) or error.settings != (_TRIAD,):
+            raise
+        raise RecordingError(
+            f"{error} If they are the accelerometer's and the gyroscope's file of one session, "
+            "state that format, and give them in this order.",
+            settings=(f"as_format {IMU_TK}",),
+        ) from None
     kinds = {frozenset(one.series) - set(_BESIDE) for one in files}
     if len(files) > 1 and len(kinds) == 1 and any(kinds):
         paths, files = _in_order_of_date(paths, files)
@@ -538,7 +553,8 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
     """Files that hold the same sensors as one, each later than the one before.
 
     Raises:
-        RecordingError: a sensor has different units in them, or two of them are the same.
+        RecordingError: a sensor has different units in them, or two of them are the same or of two
+            sensors.
     """
     joined: dict[str, list[Series]] = {}
     main = joined.setdefault(next(name for name in files[0].series if name not in _BESIDE), [])
@@ -556,6 +572,15 @@ def _one_after_another(paths: Sequence[Path], files: Sequence[FileSamples]) -> l
             before.append(replace(series, time=times[id(series.time)]))
         if any(np.array_equal(main[-1].values, part.values) for part in main[:-1]):
             raise RecordingError(f"{path} has the same samples as another file")
+        for other, part in zip(paths, main[:-1], strict=False):
+            if recorded_at_once(part, main[-1]):
+                raise RecordingError(
+                    f"{other} and {path} are of one session by their times and their motion, and "
+                    "only one of them shows gravity: they are the accelerometer's file and the "
+                    "gyroscope's. Name the columns of each, or state the format of the pair and "
+                    "give the accelerometer's file first.",
+                    settings=(f"as_format {IMU_TK}",),
+                )
         origin = RESTART_GAP_SECONDS + max(float(own[-1].time[-1]) for own in joined.values())
     whole: dict[str, Series] = {}
     time = np.concatenate([part.time for part in main])

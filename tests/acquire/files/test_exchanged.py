@@ -68,6 +68,36 @@ def test_an_accelerometer_without_gravity_is_refused() -> None:
         refuse_without_gravity(Readings(force))
 
 
+NAMELESS = RecordingOptions(columns=("t", "ax", "ay", "az"), accelerometer_unit="count")
+
+
+def _pair(folder: Path, *, together: bool = True) -> list[Path]:
+    """An accelerometer's file and a gyroscope's, or the accelerometer at rest in one position."""
+    values = _session(400.0)
+    motion = np.random.default_rng(4).normal(size=(3600, 3))
+    turning = (np.arange(3600) % 300 < 60)[:, None] * motion
+    moved = values[:, 1:4] + 1000.0 * turning
+    other = values[:, 4:] if together else values[:1, 1:4] + 8.0 * values[:, 4:] * (turning == 0.0)
+    return [
+        write(folder / f"{name}.mat", np.column_stack([values[:, 0], own]), "")
+        for name, own in (("first", moved), ("second", other))
+    ]
+
+
+def test_a_gyroscopes_file_is_not_read_as_more_of_the_accelerometer(tmp_path: Path) -> None:
+    for paths in (_pair(tmp_path), _pair(tmp_path)[::-1]):
+        with pytest.raises(RecordingError, match="only one of them shows gravity") as caught:
+            read_files(paths, NAMELESS)
+        assert caught.value.settings == ("as_format imu_tk",)
+    assert len(read_files(_pair(tmp_path, together=False), NAMELESS)) == 7200
+
+
+def test_the_format_of_a_pair_is_proposed_for_two_files_without_names(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match="the gyroscope's file of one session") as caught:
+        read_files(_pair(tmp_path))
+    assert caught.value.settings == ("as_format imu_tk",)
+
+
 def test_real_recordings_are_far_from_both() -> None:
     pair = [shared_data(f"imu_tk_xsens/xsens_{name}.mat") for name in ("acc", "gyro")]
     readings = read_files(pair, RecordingOptions(as_format="imu_tk"))
