@@ -26,6 +26,8 @@ _MAX_WANDER = 0.3
 _MIN_RESULTANT = 0.3
 """Mean resultant length of the phases of so many samples, below which they lie about no even times:
 a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
+_SURE = 3.0
+"""Standard deviations by which a course differs from a level one if it is not level."""
 JITTER_NOTE = (
     "the times jitter about even ones, as if they were rounded or taken on arrival: the even ones "
     "are used"
@@ -158,20 +160,27 @@ def _course(time: FloatArray, period: float) -> tuple[FloatArray, FloatArray, Fl
         of the phases about each sample: 1 where there is no jitter, 0 where all are as likely.
     """
     angle = 2.0 * np.pi * (time - time[0]) / period
-    slow = np.unwrap(np.angle(_running_mean(np.exp(1j * angle))))
+    slow = np.unwrap(np.angle(_running_mean(np.exp(1j * angle), _JITTER_SAMPLES)))
     if len(time) > 2 * _JITTER_SAMPLES:  # the interval is a little longer or shorter
         angle -= angle * (angle @ (slow - slow.mean()) / (angle @ (angle - angle.mean())))
     phases = np.exp(1j * angle)
-    near = _running_mean(phases)
-    late = np.angle(phases * near.conj())
-    slow = np.unwrap(np.angle(near))
+    near = _running_mean(phases, _JITTER_SAMPLES)
+    late, slow, reach = np.angle(phases * near.conj()), np.unwrap(np.angle(near)), _JITTER_SAMPLES
+    # the mean of more samples is better known, as long as the even times are level over them
+    while 4 * (reach := 10 * reach) < len(time):
+        level = np.unwrap(np.angle(wider := _running_mean(phases, reach)))
+        parts = 5.0 * len(time) / reach
+        chance = float(late.var()) * 5.0 / reach * (1.0 + _SURE * np.sqrt(2.0 / parts))
+        if float(np.var(slow - level)) > chance:
+            break
+        late, slow = np.angle(phases * wider.conj()), level
     second = period / (2.0 * np.pi)
     return second * late, second * (slow - slow.mean()), np.abs(near)
 
 
-def _running_mean(values: ComplexArray) -> ComplexArray:
-    """Mean of each value and its neighbours; at the ends that of the first and last ones."""
+def _running_mean(values: ComplexArray, reach: int) -> ComplexArray:
+    """Mean of each value and so many on either side; at the ends that of the first and last."""
     sums = np.concatenate([[0.0], np.cumsum(values)])
-    width = min(2 * _JITTER_SAMPLES + 1, len(values))
-    first = np.clip(np.arange(len(values)) - _JITTER_SAMPLES, 0, len(values) - width)
+    width = min(2 * reach + 1, len(values))
+    first = np.clip(np.arange(len(values)) - reach, 0, len(values) - width)
     return np.asarray((sums[first + width] - sums[first]) / width)

@@ -3,7 +3,9 @@
 A hand sways below 2 Hz and trembles somewhere between 4 and 12 Hz, each with far more power than
 the noise of a gyroscope, which is white. So its noise is the power of the bands in which the device
 moves least. A low-pass filter in the sensor lessens the noise above its corner: the fall of the
-power from f/4 to f/2 shows it (f: sampling rate), and bands above the corner do not count.
+power from f/4 to f/2 shows it (f: sampling rate), and bands above the corner do not count. Nor do
+they where the power is highest at the lowest frequencies and level there: a sway, which is slow,
+falls from them on. A filter far below f/4, or the mean of many samples, shows itself in this way.
 
 A hand that moves the device at all frequencies leaves no such band. The noise found is then an
 upper limit, which the directions at rest (``noise.rest_of``) and the closures lower.
@@ -17,7 +19,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.noise import pooled
+from imucal_wizard.estimate.noise import pooled, rate_noise
 from imucal_wizard.measurement.holds import Hold
 
 HALF, QUARTER = (0.45, 0.5), (0.225, 0.275)
@@ -28,6 +30,8 @@ HIGHEST = 25.0
 """Hz, twice as fast as a hand trembles; a gyroscope is seldom filtered below."""
 LOWEST_CORNER = 5.0
 """Hz, the lowest filter of usual gyroscopes; below it bands count in any case."""
+HALF_POWER = 0.5
+"""Share of the power that a filter passes at its corner."""
 CORNERS = np.geomspace(0.08, 2.0, 60)
 """Corners of filters that are tried, in units of f."""
 IMAGES = np.arange(-15, 16)
@@ -146,18 +150,30 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     count = 1.5 * float(many[0])
     corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate
     known = edges[1:] <= max(corner, LOWEST_CORNER)
-    return RestSpectrum(_quietest(np.array(levels)[:, known]), half, quarter, count)
+    return RestSpectrum(
+        _quietest(np.array(levels)[:, known], rate_noise(holds)), half, quarter, count
+    )
 
 
-def _quietest(levels: FloatArray) -> FloatArray:
-    """Power in the bands of least motion, shape (3,), from that in holds, (h, bands, 3)."""
+def _quietest(levels: FloatArray, lowest: FloatArray | None) -> FloatArray:
+    """Power in the bands of least motion, shape (3,).
+
+    Args:
+        levels: in each hold and band, shape (h, bands, 3).
+        lowest: below these bands, by the means of the holds, shape (3,), where it is known.
+    """
     # the median over the holds leaves out those that something moved
     bands = np.moveaxis(levels, 1, 0)
     usual = np.array([[pooled(axis, BAND_FREEDOM) for axis in band.T] for band in bands])
     whole = usual.sum(axis=1)
     # the variance of a median is π/2 times that of a mean
     doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * BAND_FREEDOM * len(levels)))
-    return np.asarray(usual[whole <= whole.min() * (1.0 + CLEAR * doubt)].mean(axis=0))
+    quiet = whole <= whole.min() * (1.0 + CLEAR * doubt)
+    most = 0.0 if lowest is None else float(lowest.sum())
+    # no sway, and no tremor where no band shows more than the lowest: a filter makes the fall
+    if whole[0] >= HALF_POWER * most and (whole <= most * (1.0 + CLEAR * doubt)).all():
+        quiet = whole >= HALF_POWER * most
+    return np.asarray(usual[quiet].mean(axis=0))
 
 
 def filter_corner(half: float, quarter: float, count: float) -> float:

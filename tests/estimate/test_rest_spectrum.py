@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import butter, sosfilt
+from scipy.signal import butter, firwin, lfilter, sosfilt
 
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings, Series
@@ -33,8 +33,9 @@ def _read(time: FloatArray, rate: FloatArray) -> Readings:
     return Readings(Series(time, np.zeros(rate.shape), "m/s^2"), Series(time, rate, "rad/s"))
 
 
-def _holds(rate: float) -> list[Hold]:
-    bare = np.zeros(3), np.eye(3), np.zeros(3), np.eye(3)
+def _holds(rate: float, density: float = 1.0) -> list[Hold]:
+    """Holds whose mean rates have noise of that power density at the lowest frequencies, rad²/s."""
+    bare = np.zeros(3), np.eye(3), np.zeros(3), density / SECONDS * np.eye(3)
     return [Hold(4.0 * k, 4.0 * k + SECONDS, *bare, round(SECONDS * rate)) for k in range(HOLDS)]
 
 
@@ -58,7 +59,9 @@ def test_noise_is_told_from_sway_and_tremor_a_hundred_thousand_times_as_strong(
     time = np.arange(round(4.0 * HOLDS * rate)) / rate
     sizes = NOISE * np.array([0.7, 1.0, 1.5])
     noise = sizes * np.sqrt(rate) * rng.standard_normal((len(time), 3))
-    found = rest_spectrum(_read(time, _moving(time, tremor, rng) + noise), _holds(rate))
+    moving = _moving(time, tremor, rng)
+    density = float(np.var(moving)) * SECONDS
+    found = rest_spectrum(_read(time, moving + noise), _holds(rate, density))
     assert found is not None
     np.testing.assert_allclose(found.quiet, sizes**2, rtol=0.5)
 
@@ -71,9 +74,33 @@ def test_a_filter_hides_no_noise(corner: float) -> None:
     noise = NOISE * np.sqrt(1000.0) * rng.standard_normal((len(time), 3))
     moving = _moving(time, (8.0, 12.0), rng)
     passed = sosfilt(butter(2, corner / 500.0, output="sos"), moving + noise, axis=0)
-    found = rest_spectrum(_read(time[::10], passed[::10]), _holds(100.0))
+    density = float(np.var(moving)) * SECONDS
+    found = rest_spectrum(_read(time[::10], passed[::10]), _holds(100.0, density))
     assert found is not None
     assert 0.4 < found.quiet.mean() / NOISE**2 < 1.3
+
+
+@pytest.mark.parametrize(
+    ("rate", "taps"),
+    [
+        (100.0, np.ones(8)),
+        (100.0, np.ones(16)),
+        (1000.0, np.ones(160)),
+        (1000.0, firwin(400, 5.0, fs=1000.0)),
+        (200.0, firwin(100, 5.0, fs=200.0)),
+    ],
+)
+def test_what_a_filter_far_below_a_quarter_of_the_rate_lessens_is_no_hand(
+    rate: float, taps: FloatArray
+) -> None:
+    """Means of many samples, whose power has zeros, and filters at 5 Hz: at least half is left."""
+    rng = np.random.default_rng(6)
+    time = np.arange(round(4.0 * HOLDS * rate)) / rate
+    noise = NOISE * np.sqrt(rate) * rng.standard_normal((len(time), 3))
+    passed = lfilter(taps / taps.sum(), 1.0, noise, axis=0)
+    found = rest_spectrum(_read(time, passed), _holds(rate, NOISE**2))
+    assert found is not None
+    assert 0.5 < found.quiet.mean() / NOISE**2 < 1.2
 
 
 def test_holds_of_a_few_samples_have_no_spectrum() -> None:
@@ -85,9 +112,9 @@ def test_a_fit_looks_at_the_rests_once(tmp_path: Path, monkeypatch: pytest.Monke
     """For the noise of its holds and for what sampling loses in its rotations."""
     seen: list[int] = []
 
-    def counted(levels: FloatArray) -> FloatArray:
+    def counted(levels: FloatArray, lowest: FloatArray | None) -> FloatArray:
         seen.append(len(levels))
-        return _quietest(levels)
+        return _quietest(levels, lowest)
 
     monkeypatch.setattr("imucal_wizard.estimate.rest_spectrum._quietest", counted)
     simulate_recording(tmp_path / "short.csv", rate=25.0, poses="6", rotations=1, hold=3.0)

@@ -86,6 +86,24 @@ def test_a_sample_that_is_very_late_keeps_its_place_among_the_even_times() -> No
     np.testing.assert_allclose(np.diff(found), 0.01, atol=1e-4)
 
 
+def test_the_jitter_of_many_samples_does_not_bend_even_times() -> None:
+    """Over a hundred neighbours the mean of a jitter of 1.2 ms still wanders by 0.1 ms."""
+    even = np.arange(12000) / 100.0
+    found = without_jitter(even + np.random.default_rng(9).uniform(0.0, 0.004, len(even)))
+    assert found is not None
+    np.testing.assert_allclose(found - found.mean(), even - even.mean(), atol=1.5e-4)
+
+
+def test_even_times_follow_a_clock_that_drifts() -> None:
+    """By 3 ms in a minute, back and forth, far more than the jitter of as many samples."""
+    even = np.arange(12000) / 100.0
+    even += 0.003 * np.sin(2.0 * np.pi * even / 60.0)
+    found = without_jitter(even + np.random.default_rng(9).uniform(0.0, 0.004, len(even)))
+    assert found is not None
+    off = (found - even)[100:-100]
+    np.testing.assert_allclose(off - off.mean(), 0.0, atol=4e-4)
+
+
 def test_a_restart_stays_a_restart_where_the_times_jitter(tmp_path: Path) -> None:
     rng = np.random.default_rng(8)
     values = samples(1200)
