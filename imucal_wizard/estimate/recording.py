@@ -238,9 +238,9 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     return DataError(
         f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
         "the accelerometer shows, so that too few of them count as still: its bias jumped or "
-        "drifted, or the device rested hardly a second or turned slowly, by itself or on something "
-        "that turns. Record again on a fixed surface, two seconds at rest in each position, "
-        "without restarting the sensor",
+        "drifted, its high-pass filter is on, or the device rested hardly a second or turned "
+        "slowly, by itself or on something that turns. Record again without that filter on a fixed "
+        "surface, two seconds at rest in each position, without restarting the sensor",
         settings=error.settings,
     )
 
