@@ -55,8 +55,6 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     parts = _of_method(diagnosis) + _base_left_out(diagnosis)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
-    elif bench is not None and (wrong := _warnings(diagnosis, *_WRONG_HOLDS)):
-        return " ".join([*parts, f"The error is {_against_noise(bench)}.", *wrong])
     elif bench is not None and diagnosis.rests_left_out:
         unlike = f"{_capital(diagnosis.rests_left_out)}."
         left = f"In the holds alone the error is {_against_noise(bench)}."
@@ -506,7 +504,7 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
 
 
 _WRONG_HOLDS = (NoticeKind.CLIPPED_HOLDS, NoticeKind.STUCK_HOLDS)
-"""Warnings about holds whose readings are not those of the sensor."""
+"""Warnings about holds that are left out because their readings are not the sensor's."""
 
 
 def _warnings(diagnosis: Diagnosis, *kinds: NoticeKind) -> list[str]:
@@ -553,6 +551,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             " Take it out again."
         )
     sentences += [f"{_capital(why)}." for why in bench.refused]
+    sentences += _warnings(diagnosis, *_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
 
 

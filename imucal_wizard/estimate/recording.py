@@ -145,6 +145,8 @@ def _are_positions(values: FloatArray) -> bool:
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
     holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
+    silent, wrong = axes_without_noise(holds, steps[0])
+    holds = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
@@ -158,7 +160,7 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     warnings = (
         *readings.warnings,
         *([] if on_table else _apart(apart, holds, readings)),
-        *axes_without_noise(holds, steps[0]),
+        *silent,
         *rounding_warnings(holds, steps, _in_steps(readings, steps, units)),
     )
     return fit_holds(
@@ -338,17 +340,20 @@ def _held(
         DataError: the holds do not determine a calibration.
     """
     steps = steps_in(collected)
+    silent, wrong = axes_without_noise(collected.holds, steps[0])
+    holds = [hold for hold, out in zip(collected.holds, wrong, strict=True) if not out]
+    gone = {hold.start for hold, out in zip(collected.holds, wrong, strict=True) if out}
     return fit_holds(
-        with_rounding(collected.holds, steps),
-        collected.rotations,
+        with_rounding(holds, steps),
+        [one for one in collected.rotations if not {one.before.start, one.after.start} & gone],
         dict.fromkeys(units, rate),
         units,
         options,
         collected.validation,
         (
             *warnings,
-            *axes_without_noise(collected.holds, steps[0]),
-            *rounding_warnings(collected.holds, steps, units),
+            *silent,
+            *rounding_warnings(holds, steps, units),
         ),
         readings,
     )

@@ -347,8 +347,8 @@ def _flat_top(values: FloatArray) -> bool:
     return False
 
 
-def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
-    """Warnings about accelerometer axes that repeat one reading without noise.
+def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[Notice], BoolArray]:
+    """Holds in which an axis of the accelerometer repeats one reading without noise.
 
     At the end of the range they do so in every hold beyond it; elsewhere the converter skips codes,
     or the sensor has stopped measuring for a while.
@@ -358,9 +358,13 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
     Args:
         holds: holds without the contribution of rounding to their covariance.
         step: smallest step of the readings of each axis, shape (3,).
+
+    Returns:
+        A warning for each axis, and which holds they are, shape (h,).
     """
+    wrong = np.zeros(len(holds), np.bool_)
     if len(holds) <= MIN_SILENT_HOLDS:
-        return []
+        return [], wrong
     means = np.array([hold.accelerometer for hold in holds])
     variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
     samples = median([hold.samples for hold in holds])
@@ -370,6 +374,7 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
         if not usual * samples > step[axis] ** 2:
             continue
         silent = variances[:, axis] <= SILENT_VARIANCE_SHARE * usual
+        wrong |= silent
         for end in (means[:, axis].min(), means[:, axis].max()):
             # the mean of equal readings equals them only up to rounding
             there = np.isclose(means[:, axis], end, rtol=1e-9, atol=0.0) & silent
@@ -378,8 +383,8 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
                 read = true_minus(f"{end:.5g}")
                 text = (
                     f"the accelerometer's {AXES[axis]} axis reads {read} without any noise "
-                    f"in {count} holds: the end of its range; these readings are wrong: "
-                    f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
+                    f"in {count} holds: the end of its range; these readings are wrong and not "
+                    f"used: {CLIPPING_ADVICE['accelerometer']}, and measure again"
                 )
                 notes.append(Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
                 silent &= ~there
@@ -392,10 +397,11 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> list[Notice]:
             text = (
                 f"the accelerometer's {AXES[axis]} axis does not change at all in the holds from "
                 f"{places}{more}: {end}its converter skips codes there, or the sensor repeated one "
-                "reading; these readings are wrong: measure again, these holds at another angle"
+                "reading; these readings are wrong and not used: measure these holds again at "
+                "another angle"
             )
             notes.append(Notice(text, NoticeKind.STUCK_HOLDS, "accelerometer"))
-    return notes
+    return notes, wrong
 
 
 def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:

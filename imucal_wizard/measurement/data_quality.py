@@ -240,7 +240,7 @@ def _wrong_gravity(readings: Readings) -> str:
     """Warning if the magnitude of gravity at rest does not fit the unit."""
     series = readings.accelerometer
     size = None if series.unit == COUNT else _gravity_at_rest(series)
-    if size is None:
+    if size is None or dead_axes("accelerometer", series):  # without an axis no unit fits
         return ""
     if size < MIN_GRAVITY and _feels_gravity(readings.gyroscope):
         return (

@@ -463,7 +463,7 @@ def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
         raise DataError("the recording has no accelerometer: a recheck needs gravity")
     holds, steps, _ = find_holds(readings, known.criteria.gravity)
     time = readings.accelerometer.time
-    wrong = axes_without_noise(holds, steps[0])
+    wrong, _ = axes_without_noise(holds, steps[0])
     if wrong:
         return unreadable_recheck(known, "; ".join(wrong), float(time[-1] - time[0]))
     holds = with_rounding(holds, steps)
