@@ -4,6 +4,8 @@ It states what the error depends on, the effect and its size, the cost of ignori
 measurements that would decide where these data do not.
 """
 
+from itertools import combinations
+
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind, of_kind
@@ -609,26 +611,29 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 
 def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    """Whether it matters at 1 g which of the two likeliest it is."""
+    """Whether it matters at 1 g which of the likeliest it is."""
     if diagnosis.findings is None or bench.fit.unit != "m/s^2":
         return []
-    pair = [
-        explanation_of(bench, diagnosis.findings, term) for term in rivals(diagnosis.findings)[:2]
-    ]
-    known = [one for one in pair if one is not None and one.effect.kind == "orientation"]
+    likely = rivals(diagnosis.findings)[:LISTED_EXPLANATIONS]
+    found = [explanation_of(bench, diagnosis.findings, term) for term in likely]
+    known = [one for one in found if one is not None and one.effect.kind == "orientation"]
     if len(known) < 2:
         return []
-    angle = difference_at_one_g(known[0], known[1])
-    names = " or ".join(one.effect.name for one in known)
+    apart = {pair: difference_at_one_g(*pair) for pair in combinations(known, 2)}
+    most = max(apart, key=lambda pair: apart[pair])
     noise = bench.fit.floor_fitted if bench.fit.floor is None else bench.fit.floor
-    if angle <= np.degrees((noise or 0.0) / bench.measured.gravity):
+    if apart[most] <= np.degrees((noise or 0.0) / bench.measured.gravity):
+        among = "among" if known[2:] else "between"
+        names = listed([one.effect.name for one in known])
         return [
             (
-                f"At 1 g and below, the choice between {names} does not matter: it changes the up "
-                f"direction by {_degrees(angle)}, within the noise. It can matter at 2 g and more."
+                f"At 1 g and below, the choice {among} {names} does not matter: it changes the up "
+                f"direction by {_degrees(apart[most])}, within the noise. It can matter at 2 g and "
+                "more."
             )
         ]
-    change = f"changes the up direction by {_degrees(angle)} rms"
+    names = listed([one.effect.name for one in most])
+    change = f"changes the up direction by {_degrees(apart[most])} rms"
     return [f"The choice between {names} {change}, so it matters at 1 g too."]
 
 
