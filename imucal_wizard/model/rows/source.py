@@ -18,6 +18,7 @@ from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.rows.earth import EarthAxes
 from imucal_wizard.model.terms import Term, Terms
 
 ENTRIES = 12
@@ -253,6 +254,11 @@ class RowSource(ABC):
             usual: how many of them, the last, nothing measured: parameters of usual size.
         """
         del up, doubt, usual  # for rows that rest on gravity
+        return self
+
+    def on_earth(self, earth: EarthAxes) -> "RowSource":
+        """The same rows with the Earth's rate among the parameters that they share."""
+        del earth  # for rows that rates move
         return self
 
     def elsewhere(

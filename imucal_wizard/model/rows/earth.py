@@ -1,0 +1,94 @@
+"""The Earth's rate Ω in the holds of a session, as parameters that its rows share.
+
+A gyroscope at rest reads Ω, and a rotation that lasts T seconds turns by ``Ω T`` more than the body
+turns against gravity. ``Ω sin φ`` is about up, which gravity shows in each hold. ``Ω cos φ`` is
+about north, whose heading gravity does not show; but rotations that follow one another carry a
+level direction from hold to hold, so that in an unbroken chain the level part is the sum of two
+unknown rates about two level directions. Another chain begins with a heading of its own.
+
+Neither latitude nor heading is known: each part is a parameter with its physical size for a prior.
+Together they have the mean square Ω², of which the half is about up, as at a latitude of 45°.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.records import dataclass
+from imucal_wizard.model.effects.earth_rate import EARTH_RATE, EarthRate
+
+UPWARD = EARTH_RATE / np.sqrt(2.0)
+"""Usual rate about up, rad/s."""
+LEVEL = EARTH_RATE / 2.0
+"""The same about each of two level directions."""
+ALONE = -1
+"""Number of the chain of a hold that no rotation leads to or from."""
+
+
+@dataclass(frozen=True, eq=False)
+class EarthAxes:
+    """The axes of the Earth's rate as the body sees them in each of h holds.
+
+    Attributes:
+        axes: up and two level directions at right angles, columns, shape (h, 3, 3).
+        chain: number of the chain of rotations that carries these directions, shape (h,).
+    """
+
+    axes: FloatArray
+    chain: IntArray
+
+    def rates(self, holds: IntArray) -> FloatArray:
+        """Rate in some holds by each part of usual size, rad/s, shape (k, 3, p).
+
+        The level part of a hold without a chain is not among them: it is noise of that hold.
+        """
+        found = np.zeros((len(holds), 3, 1 + 2 * (int(self.chain.max(initial=ALONE)) + 1)))
+        found[:, :, 0] = UPWARD * self.axes[holds, :, 0]
+        for place, hold in enumerate(holds.tolist()):
+            if (chain := int(self.chain[hold])) != ALONE:
+                found[place, :, 1 + 2 * chain : 3 + 2 * chain] = LEVEL * self.axes[hold, :, 1:]
+        return found
+
+    @property
+    def unknown(self) -> FloatArray:
+        """Variance of the rate on each axis in holds without a chain, (rad/s)², shape (h, 3)."""
+        level = LEVEL**2 * (self.axes[:, :, 1:] ** 2).sum(axis=2)
+        return np.asarray(np.where(self.chain[:, None] == ALONE, level, 0.0))
+
+
+def earth_axes(up: FloatArray, before: IntArray, after: IntArray, ends: FloatArray) -> EarthAxes:
+    """The level directions that rotations carry from hold to hold.
+
+    Args:
+        up: in each hold in order, unit vectors, shape (h, 3).
+        before: the hold before each rotation, shape (m,).
+        after: the hold after it, shape (m,).
+        ends: attitude after it in the frame of the hold before, shape (m, 3, 3).
+    """
+    axes, chain = np.empty((len(up), 3, 3)), np.full(len(up), ALONE)
+    into: Mapping[int, int] = {hold: place for place, hold in enumerate(after.tolist())}
+    turned, count = {*before.tolist(), *after.tolist()}, 0
+    for hold, vertical in enumerate(up):
+        place = into.get(hold)
+        if place is not None:
+            level = ends[place].T @ axes[before[place], :, 1]
+            chain[hold] = chain[before[place]]
+        else:
+            level = np.eye(3)[np.abs(vertical).argmin()]
+            if hold in turned:
+                chain[hold], count = count, count + 1
+        level = unit_vectors((level - vertical * (level @ vertical))[None])[0]
+        axes[hold] = np.column_stack([vertical, level, np.cross(vertical, level)])
+    return EarthAxes(axes, chain)
+
+
+def earth_names(rates: FloatArray | None) -> tuple[str, ...]:
+    """Names of the shared parameters of ``EarthAxes.rates``; the first is that of the effect."""
+    if rates is None:
+        return ()
+    return (
+        f"{EarthRate.name}_up",
+        *(f"{EarthRate.name}_level-{k}" for k in range(rates.shape[2] - 1)),
+    )
