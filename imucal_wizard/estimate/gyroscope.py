@@ -38,6 +38,7 @@ from imucal_wizard.estimate.slow_noise import (
 from imucal_wizard.estimate.slow_rests import RestPieces, long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.segmentation import rest_numbers
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.earth import earth_axes
@@ -166,7 +167,8 @@ class GyroscopeExperiment(Movable):
     def _on_earth(self) -> None:
         """Give all rows the Earth's rate, with the headings that these rotations have here."""
         ends = self.closure.at(self._start, Terms(GYROSCOPE, ())).ends
-        earth = earth_axes(self.of.up, *self.closure.holds.T, ends)
+        one, numbers = self.rotations, rest_numbers(self.holds)
+        earth = earth_axes(self.of.up, numbers, one.before, one.after, ends)
         alone = self.rest.noise + earth.unknown[self._resting]
         self.rest = replace(self.rest, noise=alone).on_earth(earth)
         self.closure = self.closure.on_earth(earth)

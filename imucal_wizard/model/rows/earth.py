@@ -10,8 +10,6 @@ Neither latitude nor heading is known: each part is a parameter with its physica
 Together they have the mean square Ω², of which the half is about up, as at a latitude of 45°.
 """
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
@@ -58,26 +56,30 @@ class EarthAxes:
         return np.asarray(np.where(self.chain[:, None] == ALONE, level, 0.0))
 
 
-def earth_axes(up: FloatArray, before: IntArray, after: IntArray, ends: FloatArray) -> EarthAxes:
+def earth_axes(
+    up: FloatArray, rest: IntArray, before: IntArray, after: IntArray, ends: FloatArray
+) -> EarthAxes:
     """The level directions that rotations carry from hold to hold.
 
     Args:
         up: in each hold in order, unit vectors, shape (h, 3).
+        rest: number of the rest of each, in which the device does not turn, shape (h,).
         before: the hold before each rotation, shape (m,).
         after: the hold after it, shape (m,).
         ends: attitude after it in the frame of the hold before, shape (m, 3, 3).
     """
     axes, chain = np.empty((len(up), 3, 3)), np.full(len(up), ALONE)
-    into: Mapping[int, int] = {hold: place for place, hold in enumerate(after.tolist())}
-    turned, count = {*before.tolist(), *after.tolist()}, 0
+    again = (np.flatnonzero(np.diff(rest) == 0) + 1).tolist()
+    into = {hold: (hold - 1, np.eye(3)) for hold in again}
+    into |= dict(zip(after.tolist(), zip(before.tolist(), ends, strict=True), strict=True))
+    begins, count = {first for first, _ in into.values()}, 0
     for hold, vertical in enumerate(up):
-        place = into.get(hold)
-        if place is not None:
-            level = ends[place].T @ axes[before[place], :, 1]
-            chain[hold] = chain[before[place]]
+        if hold in into:
+            first, turned = into[hold]
+            level, chain[hold] = turned.T @ axes[first, :, 1], chain[first]
         else:
             level = np.eye(3)[np.abs(vertical).argmin()]
-            if hold in turned:
+            if hold in begins:
                 chain[hold], count = count, count + 1
         level = unit_vectors((level - vertical * (level @ vertical))[None])[0]
         axes[hold] = np.column_stack([vertical, level, np.cross(vertical, level)])
