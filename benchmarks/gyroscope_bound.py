@@ -603,8 +603,8 @@ def main(sessions: int, seed: int, only: str = "") -> None:
             continue
         outcome = studied(device, sessions, seed)
         # the bound knows of none of these
-        beyond = device.flicker or device.step or device.earth
-        closed = "–" if beyond else f"{100 * outcome.closed:.1f} %"
+        beyond = device.flicker or device.step or device.broken
+        closed = "–" if beyond or device.earth else f"{100 * outcome.closed:.1f} %"
         for group in GROUPS:
             mean, worst, least, most = outcome.group(group)
             inside = f"{100 * least:.1f}–{100 * most:.1f} %"
@@ -619,7 +619,7 @@ def main(sessions: int, seed: int, only: str = "") -> None:
             limits = (90.0, 99.0) if slow else (93.0, 97.0)
             for share in (least, most):
                 wanted.figure(f"{name}: inside", 100.0 * share, *limits, 100.0 * doubt)
-        if not beyond:
+        if not (beyond or device.earth):
             share = 100.0 * outcome.closed
             wanted.figure(f"{device.name}: held out", share, 87.0, 93.0, 100.0 * doubt_closed)
     print(wanted)
