@@ -439,6 +439,11 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
 
+    @property
+    def bounded(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return earth_names(self.earth)
+
     def on_earth(self, earth: EarthAxes) -> "GravityClosure":
         """See ``RowSource``."""
         return replace(self, earth=earth.rates(self.holds[:, 0]))

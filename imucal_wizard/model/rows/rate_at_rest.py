@@ -111,6 +111,11 @@ class RateAtRest(RowSource):
         """See ``RowSource``."""
         return earth_names(self.earth)
 
+    @property
+    def bounded(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return earth_names(self.earth)
+
     def on_earth(self, earth: EarthAxes) -> "RateAtRest":
         """See ``RowSource``."""
         return replace(self, earth=earth.rates(self.labels.index[::3]))

@@ -182,6 +182,7 @@ class RowSource(ABC):
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
+        bounded: names of those whose size is never far above the usual one, see ``Effect``.
         slow: names of those that are slow noise estimated from the rows themselves. They weigh the
             rows that share it; no reported error is freed from it, and no floor holds it.
         exact_slope: the columns are the whole derivative of the residual; else a fit follows the
@@ -206,6 +207,7 @@ class RowSource(ABC):
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
     undetermined: tuple[str, ...] = ()
+    bounded: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
     exact_slope: bool = True
 
