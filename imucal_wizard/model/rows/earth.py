@@ -13,6 +13,7 @@ Together they have the mean square Ω², of which the half is about up, as at a 
 import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.quaternions import cross
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effects.earth_rate import EARTH_RATE, EarthRate
@@ -44,9 +45,10 @@ class EarthAxes:
         """
         found = np.zeros((len(holds), 3, 1 + 2 * (int(self.chain.max(initial=ALONE)) + 1)))
         found[:, :, 0] = UPWARD * self.axes[holds, :, 0]
-        for place, hold in enumerate(holds.tolist()):
-            if (chain := int(self.chain[hold])) != ALONE:
-                found[place, :, 1 + 2 * chain : 3 + 2 * chain] = LEVEL * self.axes[hold, :, 1:]
+        carried = np.flatnonzero(self.chain[holds] != ALONE)
+        for side in (1, 2):
+            column = 2 * self.chain[holds[carried]] + side
+            found[carried, :, column] = LEVEL * self.axes[holds[carried], :, side]
         return found
 
     @property
@@ -68,22 +70,21 @@ def earth_axes(
         after: the hold after it, shape (m,).
         ends: attitude after it in the frame of the hold before, shape (m, 3, 3).
     """
-    axes, chain = np.empty((len(up), 3, 3)), np.full(len(up), ALONE)
+    turned, chain, start = np.tile(np.eye(3), (len(up), 1, 1)), np.full(len(up), ALONE), []
     again = (np.flatnonzero(np.diff(rest) == 0) + 1).tolist()
     into = {hold: (hold - 1, np.eye(3)) for hold in again}
     into |= dict(zip(after.tolist(), zip(before.tolist(), ends, strict=True), strict=True))
     begins, count = {first for first, _ in into.values()}, 0
-    for hold, vertical in enumerate(up):
-        if hold in into:
-            first, turned = into[hold]
-            level, chain[hold] = turned.T @ axes[first, :, 1], chain[first]
-        else:
-            level = np.eye(3)[np.abs(vertical).argmin()]
-            if hold in begins:
-                chain[hold], count = count, count + 1
-        level = unit_vectors((level - vertical * (level @ vertical))[None])[0]
-        axes[hold] = np.column_stack([vertical, level, np.cross(vertical, level)])
-    return EarthAxes(axes, chain)
+    for hold in range(len(up)):
+        first, end = into.get(hold, (hold, turned[hold]))
+        turned[hold], chain[hold] = turned[first] @ end, chain[first]
+        start.append(hold if first == hold else start[first])
+        if first == hold and hold in begins:
+            chain[hold], count = count, count + 1
+    level = np.eye(3)[np.abs(up[start]).argmin(axis=1)]
+    level = np.einsum("hji,hj->hi", turned, level)
+    level = unit_vectors(level - up * (level * up).sum(axis=1)[:, None])
+    return EarthAxes(np.stack([up, level, cross(up.T, level.T).T], axis=2), chain)
 
 
 def earth_names(rates: FloatArray | None) -> tuple[str, ...]:
