@@ -70,7 +70,8 @@ def earth_axes(
         after: the hold after it, shape (m,).
         ends: attitude after it in the frame of the hold before, shape (m, 3, 3).
     """
-    turned, chain, start = np.tile(np.eye(3), (len(up), 1, 1)), np.full(len(up), ALONE), []
+    turned, chain = np.tile(np.eye(3), (len(up), 1, 1)), np.full(len(up), ALONE)
+    start: list[int] = []
     again = (np.flatnonzero(np.diff(rest) == 0) + 1).tolist()
     into = {hold: (hold - 1, np.eye(3)) for hold in again}
     into |= dict(zip(after.tolist(), zip(before.tolist(), ends, strict=True), strict=True))
