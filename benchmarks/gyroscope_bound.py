@@ -128,7 +128,7 @@ DEVICES = (
             ("18 poses, 0.0005 °/s/√Hz", EIGHTEEN, 0.0025, 0),
             ("18 poses, 0.002 °/s/√Hz", EIGHTEEN, 0.01, 0),
             ("26 poses, 0.002 °/s/√Hz", TWENTY_SIX, 0.01, 0),
-            ("26 poses, 0.002 °/s/√Hz, chains of 3", TWENTY_SIX, 0.01, 3),
+            ("26 poses, 0.002, chains of 3", TWENTY_SIX, 0.01, 3),
             ("18 poses, 0.006 °/s/√Hz", EIGHTEEN, 0.03, 0),
         )
     ),
