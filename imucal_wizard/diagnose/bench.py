@@ -46,6 +46,7 @@ from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.rows.table import ResidualTable
 from imucal_wizard.model.terms import Term
+from imucal_wizard.model.terms import Terms as Effects
 from imucal_wizard.model.unknown_shape import UnknownShape
 
 MAX_LINEAR = 4.0
@@ -309,7 +310,10 @@ class Bench:
     def look(self) -> BenchFindings:
         """Suspects and verdict for the present model; computed once per model."""
         if self._findings is None:
-            missing = [effect for effect in self.catalogue if effect.name not in self.fit.model]
+            known = self.fit.model
+            missing = [
+                one for one in self.catalogue if one.name not in known and not self.allows_for(one)
+            ]
             shown = [effect for effect in missing if self.lacking(effect) is None]
             misfit = whitened_residuals(self.fit, shown)
             hypotheses, posterior = explained(misfit)
@@ -464,6 +468,11 @@ class Bench:
             except DataError as error:
                 return str(error)
         return lacking
+
+    def allows_for(self, effect: Effect) -> bool:
+        """Whether every fit of these rows has the parameters of this effect."""
+        names = Effects(self.sensor, (Term(effect),)).names
+        return effect.name not in self.fit.model and set(names) <= set(self.rows.names)
 
     def offer(self, effect: Effect) -> None:
         """Let an effect of the user's own be a suspect, too."""
@@ -733,7 +742,10 @@ def entries_of(bench: Bench, findings: BenchFindings) -> tuple[Entry, ...]:
     tested = {suspect.term for suspect in findings.suspects} | set(present.model)
     for effect in bench.catalogue:
         if effect.name not in tested:
-            lacking = bench.lacking(effect) or "these data do not show it"
+            lacking = bench.lacking(effect)
+            if bench.allows_for(effect):
+                lacking = "every fit of these data allows for it"
+            lacking = lacking or "these data do not show it"
             made.append(Entry(effect.name, effect, lacking=lacking, now=now))
     return tuple(made)
 

@@ -246,6 +246,7 @@ def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -
         rounding=np.zeros(3),  # averaged out by a hand that is never still
         resting=None,
         begun=None,
+        earth=None,
     )
 
 

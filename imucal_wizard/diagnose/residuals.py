@@ -35,6 +35,12 @@ class RowKind(IntEnum):
     DIP = 4
 
 
+MAX_BOUNDED = 2.0
+"""Largest size of what is bounded, in usual sizes: that of two equal parts of a known whole."""
+MAX_DOUBTS = 3.0
+"""Standard deviations by which a size must exceed that to be told from one that is possible."""
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """One way in which one effect would show, with one setting of what is not linear in it.
@@ -192,6 +198,8 @@ def whitened_rows(
         if term.name in without:
             places = [table.names.index(name) for name in of_effects.names[group]]
             out[places], sizes[places] = True, found.calibration.sizes[group]
+    for place in _beyond_bounds(found, table):
+        out[place], sizes[place] = True, found.system.value[~found.slow][place]
     # a column that only its prior holds is left out
     seen = ((columns**2).sum(axis=0) > precision) & ~out
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
@@ -239,6 +247,20 @@ def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, 
         turned = np.linalg.svd(others.T @ scaled, full_matrices=True)[2].T
         columns[:, own], precision[own] = scaled @ turned, 1.0
     return columns, precision
+
+
+def _beyond_bounds(found: Minimum[Experiment], table: ResidualTable) -> list[int]:
+    """Places of bounded parameters that are larger than what they stand for can be.
+
+    They have taken up what something else makes, which is to be looked for.
+    """
+    value, bounded = found.system.value[~found.slow], set()
+    for source in found.experiment.sources:
+        bounded |= set(source.bounded)
+    usual = np.sqrt(np.maximum(table.precision, np.finfo(float).tiny))
+    sigma = np.sqrt(np.diag(found.balance.covariance)[~found.slow])
+    large = usual * (np.abs(value) - MAX_DOUBTS * sigma) > MAX_BOUNDED
+    return [k for k, name in enumerate(table.names) if large[k] and name in bounded]
 
 
 def candidate_at(misfit: WhitenedResiduals, effect: Effect, variant: float) -> Candidate:

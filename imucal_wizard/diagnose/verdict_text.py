@@ -24,8 +24,9 @@ from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
+from imucal_wizard.estimate.held_out import items_of
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
-from imucal_wizard.model.effects.earth_rate import EARTH_RATE, EarthRate
+from imucal_wizard.model.effects.earth_rate import EarthRate
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -35,6 +36,8 @@ CHANGED_RATIO = 3.0
 four poses chance makes twice."""
 MAX_LEFT_BY_ONE_CURVE = 0.2
 """Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
+EARTH_SHOWS = 0.5
+"""Of the noise: what is less makes an error larger by less than an eighth."""
 LISTED_EXPLANATIONS = 4
 FAMILIES = {
     "even-order": "an error with the same sign for both directions of the input",
@@ -264,7 +267,7 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
-        none += _together(bench, nearest.term) + _towards_north(bench, nearest.term)
+        none += _together(bench, nearest.term)
     elif opinion.shapeless:
         none = "No effect tested here has the shape of the misfit."
     elif known:
@@ -368,17 +371,6 @@ def _together(bench: Bench, term: str) -> str:
     )
 
 
-def _towards_north(bench: Bench, term: str) -> str:
-    """What is left of the Earth's rotation where it is nearest, or in the model; "" elsewhere."""
-    if EarthRate.name not in (term, *bench.fit.model):
-        return ""
-    return (
-        " The Earth turns every sensor, too: of its rate only the vertical part is fitted. The "
-        f"part towards north, at most {quantity(EARTH_RATE, 'rad/s', 2)}, differs with the heading "
-        "of each rest and may be what is left."
-    )
-
-
 MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
@@ -404,7 +396,7 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             dependence_text(bench, nearest.term),
         )
         nearly = f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."
-        return [nearly + _together(bench, nearest.term) + _towards_north(bench, nearest.term)]
+        return [nearly + _together(bench, nearest.term)]
     return [
         (
             "These data do not show that the difference follows the time or the pose before: the "
@@ -518,7 +510,7 @@ def _warnings(diagnosis: Diagnosis, *kinds: NoticeKind) -> list[str]:
 
 def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """What limits the verdict, and what the user did that the data do not support."""
-    floors, sentences = bench.ladder[-1].floors, [bench.measured.assumption]
+    floors, sentences = bench.ladder[-1].floors, [bench.measured.assumption, _of_earth(bench)]
     found = floors.repeats
     if (
         found is not None
@@ -555,6 +547,21 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     sentences += [f"{_capital(why)}." for why in bench.refused]
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
+
+
+def _of_earth(bench: Bench) -> str:
+    """By how much the Earth turns the rotations, where the error shows it; "" elsewhere."""
+    rows, found = bench.rows, bench.fit.minimum
+    own = np.array([name.startswith(f"{EarthRate.name}_") for name in rows.names], bool)
+    if found is None or not own.any():
+        return ""
+    turned = items_of(found).rms(rows.columns[:, own] @ found.system.value[~found.slow][own])
+    if turned <= EARTH_SHOWS * (bench.fit.floor_fitted or 0.0):
+        return ""
+    return (
+        f"The error contains {quantity(turned, bench.fit.unit, 2)} by which the Earth turns during "
+        f"the {bench.measured.left_out}; the fit allows for it."
+    )
 
 
 _NOTHING_KNOWN_IS_MISSING = (Verdict.COMPLETE, Verdict.UNEXPLAINED)

@@ -105,6 +105,11 @@ class Minimum(Generic[E_co]):
         return slice(len(self.directions), len(self.directions) + len(self.terms))
 
     @property
+    def shared(self) -> list[str]:
+        """Names of the parameters that rows share."""
+        return shared_names(self.experiment, self.terms)
+
+    @property
     def reported(self) -> BoolArray:
         """Which parameters have a reported error: all but the reference's own errors."""
         known = np.ones(len(self.system.precision), bool)
@@ -120,7 +125,7 @@ class Minimum(Generic[E_co]):
         """
         known = ~self.reported & ~self.slow
         undetermined = {name for s in self.experiment.sources for name in s.undetermined}
-        for place, name in enumerate(shared_names(self.experiment), self.sizes.stop):
+        for place, name in enumerate(self.shared, self.sizes.stop):
             known[place] &= name not in undetermined
         return known
 
@@ -129,13 +134,12 @@ class Minimum(Generic[E_co]):
         """Which of all parameters are slow noise, estimated from the rows themselves."""
         slow = {name for source in self.experiment.sources for name in source.slow}
         known = np.zeros(len(self.system.precision), bool)
-        known[self.sizes.stop :] = [name in slow for name in shared_names(self.experiment)]
+        known[self.sizes.stop :] = [name in slow for name in self.shared]
         return known
 
     def shared_values(self, names: Sequence[str]) -> FloatArray:
         """Values of some of the parameters that rows share, by their names."""
-        every = shared_names(self.experiment)
-        return self.calibration.shared[[every.index(name) for name in names]]
+        return self.calibration.shared[[self.shared.index(name) for name in names]]
 
     @cached_property
     def freedom(self) -> FloatArray:
@@ -315,7 +319,7 @@ def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) ->
         out: error of each measured row held out, where it is known, shape (n,).
     """
     independent, of_model = found.independent, ~found.slow
-    names = (*found.directions.names, *found.terms.names, *shared_names(found.experiment))
+    names = (*found.directions.names, *found.terms.names, *found.shared)
     return ResidualTable(
         sources=found.experiment.sources,
         at=found.rows,
@@ -483,7 +487,7 @@ def minimum(
     chosen = experiment.checked(base)
     free = experiment.directions(chosen) if directions is None else directions
     together = Terms(experiment.sensor, terms)
-    shared = shared_names(experiment)
+    shared = shared_names(experiment, together)
     start = experiment.begin(chosen)
     calibration = Parameters(
         start.matrix, start.bias, np.zeros(len(together)), np.zeros(len(shared))
@@ -581,7 +585,7 @@ def under_reference(found: Minimum[E], experiment: E) -> Minimum[E]:
     rows = tuple(
         s.at(found.calibration, terms, r) for s, r in zip(sources, found.rows, strict=True)
     )
-    shared = shared_names(experiment)
+    shared = shared_names(experiment, terms)
     independent = decorrelation(sources, rows)
     problem = _Problem(experiment, found.base, found.directions, terms, shared, independent)
     calibration = replace(found.calibration, shared=np.zeros(len(shared)))
@@ -590,9 +594,14 @@ def under_reference(found: Minimum[E], experiment: E) -> Minimum[E]:
     return Minimum(*begun, system, balance, independent)
 
 
-def shared_names(experiment: Experiment) -> list[str]:
-    """Names of the parameters that rows of an experiment share."""
-    return list(dict.fromkeys(name for one in experiment.sources for name in one.shared))
+def shared_names(experiment: Experiment, terms: Terms) -> list[str]:
+    """Names of the parameters that rows of an experiment share, without those of its effects.
+
+    What the rows share by default may be a part of an effect: in a model that has this effect it is
+    the effect's parameter.
+    """
+    every = dict.fromkeys(name for one in experiment.sources for name in one.shared)
+    return [name for name in every if name not in terms.names]
 
 
 def _stepped(system: System) -> tuple[System, Balance]:
@@ -677,8 +686,9 @@ class _Problem:
 
     def _columns(self, source: RowSource, rows: Rows) -> FloatArray:
         shared = np.zeros((len(rows.residual), len(self.shared)))
-        places = [self.shared.index(name) for name in source.shared]
-        shared[:, places] = rows.shared_columns()
+        own = [place for place, name in enumerate(source.shared) if name in self.shared]
+        places = [self.shared.index(source.shared[place]) for place in own]
+        shared[:, places] = rows.shared_columns()[:, own]
         effects = [rows.term_columns(self.terms.terms)] if len(self.terms) else []
         base = rows.base_columns() @ self.directions.columns
         return np.concatenate([base, *effects, shared], axis=1)

@@ -38,8 +38,10 @@ from imucal_wizard.estimate.slow_noise import (
 from imucal_wizard.estimate.slow_rests import RestPieces, long_rest
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time, visits
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.segmentation import rest_numbers
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
+from imucal_wizard.model.rows.earth import earth_axes
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import (
@@ -49,6 +51,7 @@ from imucal_wizard.model.rows.source import (
     RowLabels,
     RowSource,
 )
+from imucal_wizard.model.terms import Terms
 
 M = TypeVar("M", bound="Movable")
 MIN_CLOSING_NOISE = 1e-7
@@ -157,8 +160,20 @@ class GyroscopeExperiment(Movable):
         )
         self.closure = self._closures(known, *noise[1:])
         self.sources = (self.rest, self.closure, *more)
+        self._on_earth()
         if more:
             self.method = "vector + field"
+
+    def _on_earth(self) -> None:
+        """Give all rows the Earth's rate, with the headings that these rotations have here."""
+        ends = self.closure.at(self._start, Terms(GYROSCOPE, ())).ends
+        one, numbers = self.rotations, rest_numbers(self.holds)
+        earth = earth_axes(self.of.up, numbers, one.before, one.after, ends)
+        alone = self.rest.noise + earth.unknown[self._resting]
+        self.rest = replace(self.rest, noise=alone).on_earth(earth)
+        self.closure = self.closure.on_earth(earth)
+        more = (one.on_earth(earth) for one in self.sources[2:])
+        self.sources = (self.rest, self.closure, *more)
 
     def _noise(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Variance of each mean at rest, (h, 3), and of each closure by its own noise, (m,).
@@ -254,7 +269,7 @@ class GyroscopeExperiment(Movable):
         other.closure = replace(
             self.closure, noise=closing, walk=walk, motion=motion, tilts=other._tilts()
         )
-        other.sources = (other.rest, other.closure, *self.sources[2:])
+        other._on_earth()
         return other
 
     def refined(self, found: Minimum[Experiment]) -> "GyroscopeExperiment":
@@ -506,13 +521,15 @@ class _Rests:
         turned = np.concatenate([one.labels.span for one in sources[1:]])
         moments, which = np.unique(turned, axis=0, return_inverse=True)
         lever = np.concatenate([rows.lever for rows in found.rows[1:]])
+        shown = system.columns[:count] ** 2 / balance.variance[:count, None]
         slow = np.zeros((len(system.residual), 3, len(moments)))
         slow[np.arange(count, len(slow))[:, None], [[0, 1, 2]], which.reshape(-1, 1)] = lever
         slow = found.independent.rows(slow.reshape(len(slow), -1)).reshape(slow.shape)[count:]
         self.axes = [
             Fitted(
                 system.residual[rows],
-                system.columns[rows],
+                # a column that only its prior holds leaves the rows their freedom
+                system.columns[rows][:, shown[rows].sum(axis=0) > system.precision],
                 balance.variance[rows],
                 alike,
                 pull[:, rows],

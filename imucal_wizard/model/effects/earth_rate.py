@@ -25,10 +25,11 @@ DEGREE_PER_HOUR = DEGREE / 3600.0
 class EarthRate(Effect):
     """``ε = Ω_up u``: the part of the Earth's rate along the vertical, ``u`` the up direction.
 
-    IEEE 1431 adds the Earth's rate to the input of every test. Of its two parts, ``Ω sin φ`` lies
-    along up and is known in the body frame wherever gravity is; ``Ω cos φ`` points north, and
-    without a heading nothing says where that is: it scatters the rests by at most 0.0042 °/s.
-    The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
+    IEEE 1431 adds the Earth's rate to the input of every test, and so do the rows of rests and
+    rotations (``model/rows/earth.py``). Of its two parts, ``Ω sin φ`` lies along up and is known in
+    the body frame wherever gravity is; added as an effect, it is reported with its size.
+    ``Ω cos φ`` points north: it belongs to the headings of one session, and no calibration holds
+    it. The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
     narrow prior of a known planet separates them.
     """
 
@@ -51,11 +52,12 @@ class EarthRate(Effect):
             "each axis: positive on the northern half of the Earth.",
             needs="A gyroscope whose bias is stable to a few degrees per hour, and still poses in "
             "all directions. A g-sensitivity that is the same on all three axes has the same "
-            "pattern; only its size can tell. The component towards north cannot be fitted, "
-            "because gravity does not show the heading of a pose; it scatters the readings at "
-            "rest by at most 0.0042 °/s.",
-            remedy="No repair is needed. Keep the term, so that the Earth's rate is not counted "
-            "as bias or g-sensitivity; a navigation filter subtracts it by latitude and heading.",
+            "pattern; only its size can tell. Gravity does not show the heading of a pose, "
+            "but the rotations from pose to pose do, except for that of the first pose: the "
+            "component towards north, at most 0.0042 °/s, is fitted along two level directions.",
+            remedy="No repair is needed. Every fit allows for both components, whether the term "
+            "is added or not, so that neither is counted as bias; adding the term shows the "
+            "vertical one. A navigation filter subtracts both by latitude and heading.",
             confirm="The size is 15.04 °/h times the sine of the latitude: compare it with the "
             "value for your latitude.",
             source="WGS 84: the Earth turns by 7.292115·10⁻⁵ rad/s.",

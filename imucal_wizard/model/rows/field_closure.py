@@ -20,6 +20,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.rows.earth import EarthAxes
 from imucal_wizard.model.rows.gravity_closure import ClosureRows, GravityClosure
 from imucal_wizard.model.rows.source import (
     Influence,
@@ -73,11 +74,12 @@ class HeadingRows(Rows):
         return self._combined(gravity, self.by_field.design_columns(terms))
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: the errors of the accelerometer, then those of the magnetometer."""
-        field = self.by_field.shared_columns()
-        gravity = np.zeros_like(field)
-        gravity[:, : len(self._source.by_gravity.shared)] = self.by_gravity.shared_columns()
-        return self._combined(gravity, field)
+        """See ``Rows``: the errors of the accelerometer, those of the magnetometer, and Ω."""
+        source = self._source
+        gravity = self.by_gravity.shared_columns()
+        place = np.full(source.field_doubt.shape[2], source.by_gravity.before_doubt.shape[2])
+        gravity = np.insert(gravity, place, 0.0, axis=1)
+        return self._combined(gravity, self.by_field.shared_columns())
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +131,9 @@ class FieldClosure(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the reference
         """See ``RowSource``."""
-        modes = range(self.field_doubt.shape[2])
-        return (*self.by_gravity.shared, *(f"magnetometer_{k}" for k in modes))
+        modes, own = range(self.field_doubt.shape[2]), self.by_gravity.shared
+        count = self.by_gravity.before_doubt.shape[2]
+        return (*own[:count], *(f"magnetometer_{k}" for k in modes), *own[count:])
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
@@ -147,6 +150,12 @@ class FieldClosure(RowSource):
         before, after = up[self.holds[:, 0]], up[self.holds[:, 1]]
         moved = replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
         return moved.doubting(doubt, usual)
+
+    def on_earth(self, earth: EarthAxes) -> "FieldClosure":
+        """See ``RowSource``."""
+        rates = earth.rates(self.holds[:, 0])
+        gravity, field = (replace(one, earth=rates) for one in (self.by_gravity, self.by_field))
+        return replace(self, by_gravity=gravity, by_field=field)
 
     def doubting(self, doubt: FloatArray, usual: int) -> "FieldClosure":
         """The same rows with other errors of the accelerometer, by the arguments of ``under``."""

@@ -4,7 +4,7 @@ Up in the body frame obeys ``du/dt = u × w``. Carried from the hold before, ``�
 C the rotation in between; the closure is the rotation vector from ``û`` to ``u_after``. Its two
 components across gravity are the rows; they do not contain the part of a rotation about gravity.
 
-``w = M (y − b) − ε(w, f, T, t)``, the force f at each sample being gravity carried there. ε is
+``w = M (y − b) − ε(w, f, T, t) − Ω``, the force f at each sample being gravity carried there. ε is
 taken at the rates and forces of the rows before; it is so small against them that each further
 step of the fit adds two or three digits. A change δw of the rates turns û by ``û × ψ`` with
 ``ψ = Cᵀ Σ L ∫δw dt``, L being the attitude averaged over a step (Simpson's rule; the attitude half
@@ -35,6 +35,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.rows.earth import EarthAxes, earth_names
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
@@ -181,7 +182,7 @@ class ClosureRows(Rows):
         return self._closed(-np.concatenate(parts, axis=2))
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: errors of the reference, and the rounding shifts of the means at rest.
+        """See ``Rows``: errors of the reference, rounding shifts of the means at rest, and Ω.
 
         By one standard deviation of each. Rounding shifts the samples as long as the device rests,
         and by another error that the rotations share while it begins to move.
@@ -193,14 +194,17 @@ class ClosureRows(Rows):
         # moves with the other as the other way round
         change = error_slope(carried, source.after, moved)
         change = change - error_slope(source.after, carried, source.after_doubt)
-        if source.resting is None:
-            return source.rows_of(change)
         parts, shifted = [source.rows_of(change)], source.rounding > 0.0
-        for error in (np.sqrt(source.rounding) * source.resting, source.begun):
+        at_rest = None if source.resting is None else np.sqrt(source.rounding) * source.resting
+        for error in (at_rest, source.begun):
             if error is not None:
                 rates = -(self.weights @ self._calibration.matrix) * error
                 turned = np.add.reduceat(rates, source.samples.offsets[:-1], axis=1)
                 parts.append(self._closed(np.moveaxis(turned, 1, 0)[:, :, shifted]))
+        if source.earth is not None:
+            # fixed against gravity, as the attitudes are
+            seconds = np.add.reduceat(source.samples.dt, source.samples.step_offsets[:-1])
+            parts.append(self._closed(-seconds[:, None, None] * source.earth))
         return np.concatenate(parts, axis=1)
 
     def loading(self) -> Loading | None:
@@ -340,6 +344,8 @@ class GravityClosure(RowSource):
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
         up: up at the hold before each, where ``before`` is another direction, shape (m, 3).
+        earth: rate in the hold before by each part of the Earth's rate of usual size, shape
+            (m, 3, p); None where it is left out.
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
 
@@ -360,6 +366,7 @@ class GravityClosure(RowSource):
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     usual: int = 0
     up: FloatArray | None = None
+    earth: FloatArray | None = None
     basis: FloatArray = field(init=False)
     kind, moving, needs_reference = "rotation", True, True
     unit = "rad"
@@ -419,18 +426,27 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         names = reference_names(self.before_doubt), rounding_names(self.rounding)
         begun = () if self.begun is None else rounding_names(self.rounding, "rounding_in_motion")
-        return (*names[0], *names[1], *begun)
+        return (*names[0], *names[1], *begun, *earth_names(self.earth))
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         names = reference_names(self.before_doubt)
-        return names[len(names) - self.usual :]
+        return (*names[len(names) - self.usual :], *earth_names(self.earth))
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return tuple(np.ones(len(self.shared)).tolist())
+
+    @property
+    def bounded(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return earth_names(self.earth)
+
+    def on_earth(self, earth: EarthAxes) -> "GravityClosure":
+        """See ``RowSource``."""
+        return replace(self, earth=earth.rates(self.holds[:, 0]))
 
     def elsewhere(
         self, directions: FloatArray, calibration: Parameters, terms: Terms
@@ -460,6 +476,7 @@ class GravityClosure(RowSource):
             after=turned(self.after, turns),
             before_doubt=turned(self.before_doubt, turns),
             after_doubt=turned(self.after_doubt, turns),
+            earth=None,
             motion=replace(
                 motion,
                 force=turned(motion.force, each),

@@ -1,16 +1,18 @@
-"""The gyroscope's mean rate in a hold, which is zero: ``M (y − b) − ε``, three rows per hold.
+"""The gyroscope's mean rate in a hold, the Earth's: ``M (y − b) − ε − Ω``, three rows per hold.
 
 Rounding shifts the readings of all rests alike, as far as their noise does not carry them from one
 step to the next; in motion it averages out. The shift of each axis is a shared parameter.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.rows.earth import EarthAxes, earth_names
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
@@ -62,10 +64,13 @@ class RestRows(Rows):
         return -columns.reshape(3 * len(columns), columns.shape[2])
 
     def shared_columns(self) -> FloatArray:
-        """See ``Rows``: change with a shift of each axis by one standard deviation."""
-        rounding = self._source.rounding
+        """See ``Rows``: change with a shift of each axis by one standard deviation, and with Ω."""
+        rounding, earth = self._source.rounding, self._source.earth
         moved = -self._calibration.matrix * np.sqrt(rounding)
-        return np.tile(moved[:, rounding > 0.0], (len(self._source.reading), 1))
+        shifted = np.tile(moved[:, rounding > 0.0], (len(self._source.reading), 1))
+        if earth is None:
+            return shifted
+        return np.concatenate([shifted, -earth.reshape(len(shifted), earth.shape[2])], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +84,8 @@ class RateAtRest(RowSource):
         labels: see ``RowSource``; one variance component per axis.
         rounding: variance by which rounding shifts the readings of all holds alike, reading
             units², shape (3,).
+        earth: rate by each part of the Earth's rate of usual size, shape (h, 3, p); None where it
+            is left out.
         group_word: see ``RowSource``.
     """
 
@@ -88,6 +95,7 @@ class RateAtRest(RowSource):
     labels: RowLabels
     rounding: FloatArray
     group_word: str = "direction"
+    earth: FloatArray | None = None
     kind = "still"
     unit = "rad/s"
     judged, at_rest, by_axis, exact_slope = False, True, True, False
@@ -96,7 +104,21 @@ class RateAtRest(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the rounding
         """See ``RowSource``."""
-        return rounding_names(self.rounding)
+        return (*rounding_names(self.rounding), *earth_names(self.earth))
+
+    @property
+    def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return earth_names(self.earth)
+
+    @property
+    def bounded(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return earth_names(self.earth)
+
+    def on_earth(self, earth: EarthAxes) -> "RateAtRest":
+        """See ``RowSource``."""
+        return replace(self, earth=earth.rates(self.labels.index[::3]))
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above

@@ -18,6 +18,7 @@ from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.rows.earth import EarthAxes
 from imucal_wizard.model.terms import Term, Terms
 
 ENTRIES = 12
@@ -181,6 +182,7 @@ class RowSource(ABC):
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
+        bounded: names of those whose size is never far above the usual one, see ``Effect``.
         slow: names of those that are slow noise estimated from the rows themselves. They weigh the
             rows that share it; no reported error is freed from it, and no floor holds it.
         exact_slope: the columns are the whole derivative of the residual; else a fit follows the
@@ -205,6 +207,7 @@ class RowSource(ABC):
     shared: tuple[str, ...] = ()
     shared_precision: tuple[float, ...] = ()
     undetermined: tuple[str, ...] = ()
+    bounded: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
     exact_slope: bool = True
 
@@ -253,6 +256,11 @@ class RowSource(ABC):
             usual: how many of them, the last, nothing measured: parameters of usual size.
         """
         del up, doubt, usual  # for rows that rest on gravity
+        return self
+
+    def on_earth(self, earth: EarthAxes) -> "RowSource":
+        """The same rows with the Earth's rate among the parameters that they share."""
+        del earth  # for rows that rates move
         return self
 
     def elsewhere(
