@@ -7,6 +7,7 @@ samples alone: every limit that does not break the rest, in a file or in a strea
 blocks. The samples of a hold are not needed again.
 """
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
@@ -580,6 +581,16 @@ def still_runs(still: BoolArray) -> list[tuple[int, int]]:
     return [(int(first), int(past)) for first, past in edges.reshape(-1, 2)]
 
 
+def fewest_windows(seconds: float) -> int:
+    """Windows of the shortest rest that can be a hold.
+
+    Args:
+        seconds: length of a block.
+    """
+    shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
+    return shortest - WINDOW_BLOCKS + 1
+
+
 def blocks_of_rests(rests: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """The blocks of rests in order, guards removed; none is in two rests.
 
@@ -635,6 +646,7 @@ class HoldBuilder:
         gravity: float,
         step_a: FloatArray | float = 0.0,
         step_g: FloatArray | float | None = 0.0,
+        kept: Hold | None = None,
     ) -> Hold | None:
         """The hold in the rest so far; None if it drifts or nothing remains.
 
@@ -642,15 +654,28 @@ class HoldBuilder:
             gravity: reading of one gravity.
             step_a: resolution of the accelerometer, 0 if not known.
             step_g: resolution of the gyroscope.
+            kept: the hold that was taken when less of the rest was known. What is found is the
+                same rest, as a recording of it all shows it; None for the calmest one.
         """
         if self._run is None:
             return None
         rests = Rests(join_windows(self._windows), step_a, step_g)
-        runs = blocks_of_rests([rests.around(self._run[1], len(self._blocks))])
-        if not runs:
+        first, past = self._run[1], len(self._blocks)
+        if kept is None:
+            runs = blocks_of_rests([rests.around(first, past)])
+        else:
+            seconds = float(self._blocks[-1].end[0] - self._blocks[-1].start[0])
+            runs = blocks_of_rests(sorted(set(rests.within(first, past, fewest_windows(seconds)))))
+            runs = sorted(runs, key=lambda run: self._shared(run, kept))[-1:]
+        if not runs or (kept is not None and not self._shared(runs[0], kept) > 0.0):
             return None
         blocks = join_blocks(self._blocks[slice(*runs[0])])
         return hold_at_rest(blocks, gravity, step_a, step_g)
+
+    def _shared(self, run: tuple[int, int], hold: Hold) -> float:
+        """Seconds that some blocks share with a hold; negative if there are none."""
+        start, end = self._blocks[run[0]].start[0], self._blocks[run[1] - 1].end[0]
+        return float(min(end, hold.end) - max(start, hold.start))
 
     def drop(self) -> None:
         """Drop the current run and the blocks before it."""
