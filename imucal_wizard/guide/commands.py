@@ -10,7 +10,6 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
-from imucal_wizard.guide.steps.directions import DirectionsStage
 from imucal_wizard.guide.wording import label
 from imucal_wizard.measurement.requests import requests_from_text
 
