@@ -183,12 +183,14 @@ class HoldCapture:
     def _grown(self, kept: KeptHold) -> Hold | None:
         """A kept hold with what its rest has gained since; None if that is no hold.
 
-        That of the settle step is judged by its own noise.
+        Limits that were widened find the slow moments of a motion, too: where they are, the whole
+        rest is compared with the motion before it. That of the settle step is judged by its noise.
         """
         context = self._context
         steps = context.resolution.steps
         grown = self._builder.hold(context.up_estimate.radius, *steps, kept=kept.hold)
-        if grown is not None and not self.slow_moment(grown):
+        wide = context.watch.loosened > 1.0
+        if grown is not None and not (wide and self.slow_moment(grown)):
             return grown
         return kept.hold if kept.step is StepKind.SETTLE else None
 
