@@ -16,6 +16,7 @@ from imucal_wizard.core.limits.stillness import (
     GUARD_BLOCKS,
     MAX_TRIMMED_BLOCKS,
     MIN_SLOW_MOMENT,
+    MIN_TURN_DEG,
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
 )
@@ -85,8 +86,15 @@ class HoldCapture:
 
     def hold(self) -> Hold | None:
         """The hold of the present rest, or None."""
-        context = self._context
-        return self._builder.hold(context.up_estimate.radius, *context.resolution.steps)
+        return self._hold_in_rest()
+
+    def _hold_in_rest(self, kept: Hold | None = None) -> Hold | None:
+        """See ``HoldBuilder.hold``."""
+        context, limits = self._context, self._context.watch.limits
+        rest = None if limits is None else limits.gyroscope_mean
+        most = math.radians(MIN_TURN_DEG) if context.units.gyroscope_known else 0.0
+        steps = context.resolution.steps
+        return self._builder.hold(context.up_estimate.radius, *steps, (rest, most), kept)
 
     def slow_moment(self, hold: Hold) -> bool:
         """Whether a hold is only a slow moment of a device that has not been put down.
@@ -186,10 +194,8 @@ class HoldCapture:
         Limits that were widened find the slow moments of a motion, too: where they are, the whole
         rest is compared with the motion before it. That of the settle step is judged by its noise.
         """
-        context = self._context
-        steps = context.resolution.steps
-        grown = self._builder.hold(context.up_estimate.radius, *steps, kept=kept.hold)
-        wide = context.watch.loosened > 1.0
+        grown = self._hold_in_rest(kept.hold)
+        wide = self._context.watch.loosened > 1.0
         if grown is not None and not (wide and self.slow_moment(grown)):
             return grown
         return kept.hold if kept.step is StepKind.SETTLE else None

@@ -489,6 +489,7 @@ class Rests:
         windows: the windows.
         step_a: resolution of the accelerometer, 0 if not known.
         step_g: resolution of the gyroscope; None without one.
+        turning: windows that turn in the mean, shape (m,); None if not known.
     """
 
     def __init__(
@@ -496,9 +497,11 @@ class Rests:
         windows: Windows,
         step_a: FloatArray | float = 0.0,
         step_g: FloatArray | float | None = 0.0,
+        turning: BoolArray | None = None,
     ) -> None:
         self._std = windows.std_a
         self._full = windows.full & true_on_all_axes(np.isfinite(windows.std_a))
+        self._turning = np.zeros(len(self._full), bool) if turning is None else turning
         self._step = step_a + np.zeros(3)
         if windows.std_g is not None:
             self._std = np.hstack([windows.std_a, windows.std_g])
@@ -533,7 +536,11 @@ class Rests:
         return found
 
     def around(self, first: int, past: int) -> tuple[int, int]:
-        """The rest around the calmest of some windows: its first window and past its last."""
+        """The rest around the calmest of some windows: its first window and past its last.
+
+        A smooth turn about the vertical beside them may be calmer than a hand that trembles. It is
+        no rest, and ends theirs.
+        """
         calmest, seen = first + int(self._unrest[first:past].argmin()), set[int]()
         begun = calmest
         while begun not in self._around:
@@ -542,7 +549,12 @@ class Rests:
             calmest = begin + int(self._unrest[begin:end].argmin())
             if calmest in seen:
                 self._around[begun] = begin, end
-        return self._around[begun]
+        begin, end = self._around[begun]
+        beside = end <= first or past <= begin
+        if beside and self._turning[begin:end].mean() > 0.5:
+            begin, end = self._rest(begun)
+            return max(begin, first), min(end, past)
+        return begin, end
 
     def _rest(self, calmest: int) -> tuple[int, int]:
         """All windows around this one within the limit that they make themselves."""
@@ -646,6 +658,7 @@ class HoldBuilder:
         gravity: float,
         step_a: FloatArray | float = 0.0,
         step_g: FloatArray | float | None = 0.0,
+        rest: tuple[FloatArray | None, float] = (None, 0.0),
         kept: Hold | None = None,
     ) -> Hold | None:
         """The hold in the rest so far; None if it drifts or nothing remains.
@@ -654,12 +667,15 @@ class HoldBuilder:
             gravity: reading of one gravity.
             step_a: resolution of the accelerometer, 0 if not known.
             step_g: resolution of the gyroscope.
+            rest: the gyroscope's reading at rest, and the deviation from it that is no turn; see
+                ``Windows.turning``.
             kept: the hold that was taken when less of the rest was known. What is found is the
                 same rest, as a recording of it all shows it; None for the calmest one.
         """
         if self._run is None:
             return None
-        rests = Rests(join_windows(self._windows), step_a, step_g)
+        windows = join_windows(self._windows)
+        rests = Rests(windows, step_a, step_g, windows.turning(*rest))
         first, past = self._run[1], len(self._blocks)
         if kept is None:
             runs = blocks_of_rests([rests.around(first, past)])

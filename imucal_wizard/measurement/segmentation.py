@@ -149,11 +149,11 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     one_position = reach < ONE_POSITION * magnitude
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
-    rests = Rests(windows, step_a, step_g)
     gravity = magnitude if one_position else reach
     if counts:
         least = math.radians(MIN_RATE_LIMIT_DEG) * _counts_per_radian(blocks, gravity, noise.mean_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
+    turning = windows.turning(resting, least * MIN_TURN_DEG / MIN_RATE_LIMIT_DEG)
     return ReducedRecording(
         blocks=blocks,
         windows=windows,
@@ -162,7 +162,7 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         step_g=step_g,
         gravity=gravity,
         one_position=one_position,
-        rests=rests,
+        rests=Rests(windows, step_a, step_g, turning),
         resting_rate=resting,
         least_rate=least,
     )
