@@ -90,11 +90,10 @@ def taken_in_wizard(seed: int, *, gyroscope: bool) -> tuple[int, float]:
     turned = []
     for hold in machine.collected().holds:
         if hold.start > 7.0:
-            part = motion.force[round(hold.start * rate) : round(hold.end * rate)]
-            up = part / np.linalg.norm(part, axis=1)[:, None]
-            turned.append(
-                float(np.degrees(2.0 * np.arccos(np.clip(up @ up.mean(axis=0), -1, 1)).max()))
-            )
+            first, last = (round(one * rate) - count for one in (hold.start, hold.end))
+            up = slow.attitude[max(first, 0) : last].inv().apply([0.0, 0.0, 1.0])
+            mean = up.mean(axis=0) / np.linalg.norm(up.mean(axis=0))
+            turned.append(float(np.degrees(2.0 * np.arccos(np.clip(up @ mean, -1, 1)).max())))
     return len(turned), max(turned, default=0.0)
 
 

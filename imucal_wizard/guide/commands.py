@@ -10,7 +10,6 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.guide.kinds import AFTERWARDS, MEASURING, TITLES, EventKind, StepKind
 from imucal_wizard.guide.measurements import Kept, KeptCircle, KeptHold
-from imucal_wizard.guide.steps.directions import DirectionsStage
 from imucal_wizard.guide.wording import label
 from imucal_wizard.measurement.requests import requests_from_text
 
@@ -170,21 +169,8 @@ class Commands:
         if last is None:
             self._say("There is nothing to undo.")
             return
-        step, run = last.step, context.run
-        ticks = dict(last.ticks) if isinstance(last, KeptHold) else {}
-        if isinstance(last, KeptHold) and last.step is StepKind.SETTLE:
-            step = next(iter(ticks))
-            last.ticks.clear()
-        else:
-            context.measurements.remove(last)
-        if machine.step is not step:
-            machine.enter(step)
-        if run.kept is last:
-            run.used = True
-        machine.stage.enter()
-        if step in ticks and isinstance(machine.stage, DirectionsStage):
-            machine.stage.ask_again(ticks[step])
-        context.emit(EventKind.UNDONE, f"{_named(last)} was taken back.")
+        machine.take_back(last)
+        context.emit(EventKind.UNDONE, f"{named(last)} was taken back.")
 
     def _to_undo(self) -> Kept | None:
         """The measurement that undo removes. Circles that have hardly begun are removed before it.
@@ -259,7 +245,8 @@ class Commands:
                 machine.advance()
 
 
-def _named(last: Kept) -> str:
+def named(last: Kept) -> str:
+    """A measurement in words."""
     if isinstance(last, KeptHold):
         return label(last.hold.pose) if last.hold.pose else "The last hold"
     if isinstance(last, KeptCircle):

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from imucal_wizard.core.limits.stillness import (
     GUARD_BLOCKS,
     MAX_TRIMMED_BLOCKS,
     MIN_SLOW_MOMENT,
+    MIN_TURN_DEG,
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
 )
@@ -40,10 +42,14 @@ class HoldCapture:
     Args:
         context: shared by all steps.
         longest: the longest hold that any step needs, s.
+        take_back: takes back a kept hold whose rest as a whole is none.
     """
 
-    def __init__(self, context: Context, longest: float) -> None:
+    def __init__(
+        self, context: Context, longest: float, take_back: Callable[[KeptHold], None]
+    ) -> None:
         self._context = context
+        self._take_back = take_back
         self._builder = HoldBuilder()
         self._earlier = 0.0
         self._motion = MotionBuffer(context)
@@ -80,8 +86,15 @@ class HoldCapture:
 
     def hold(self) -> Hold | None:
         """The hold of the present rest, or None."""
-        context = self._context
-        return self._builder.hold(context.up_estimate.radius, *context.resolution.steps)
+        return self._hold_in_rest()
+
+    def _hold_in_rest(self, kept: Hold | None = None) -> Hold | None:
+        """See ``HoldBuilder.hold``."""
+        context, limits = self._context, self._context.watch.limits
+        rest = None if limits is None else limits.gyroscope_mean
+        most = math.radians(MIN_TURN_DEG) if context.units.gyroscope_known else 0.0
+        steps = context.resolution.steps
+        return self._builder.hold(context.up_estimate.radius, *steps, (rest, most), kept)
 
     def slow_moment(self, hold: Hold) -> bool:
         """Whether a hold is only a slow moment of a device that has not been put down.
@@ -89,6 +102,8 @@ class HoldCapture:
         A hold that hardly sways is a rest. One that sways as far as a hand may must be far slower
         than the motion since the last hold, by the same rule as the holds of a recording.
         """
+        if not self._since:
+            return False
         context, blocks = self._context, join_blocks(list(self._since))
         gravity, (step_a, _) = context.up_estimate.radius, context.resolution.steps
         inside = np.flatnonzero((blocks.start >= hold.start) & (blocks.end <= hold.end))
@@ -149,29 +164,41 @@ class HoldCapture:
 
     def rest_in(self, kept: KeptHold) -> None:
         """Note that the device rests in a kept hold, from which the next motion starts."""
-        self._since.clear()
         if not kept.dropped:
-            self._motion.rest_in(kept)
+            self._motion.rest_in(kept, growing=not self._context.run.complete)
 
     def finish(self) -> None:
-        """Extend the kept hold to the whole run; its gyroscope mean is the new resting rate."""
+        """Extend the kept hold to its whole rest; its gyroscope mean is the new resting rate.
+
+        A slow motion may rest for as long as a step needs. As in a recording, the whole rest
+        decides whether it is one, so a hold that was taken before may be taken back.
+        """
         context = self._context
         kept = context.run.kept
-        if kept is None or kept.dropped or context.run.complete:
+        if kept is None:
             return
-        grown = self._grown(kept)
-        kept.changed = grown is None
-        if grown is not None:
+        if not kept.dropped and not context.run.complete:
+            grown = self._grown(kept)
+            if grown is None:
+                self._take_back(kept)
+                return
             kept.update(grown)
-        if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
-            context.watch.rest_at(kept.hold.gyroscope)
+            self._motion.begin_after(grown)
+            if kept.hold.gyroscope is not None and context.watch.loosened == 1.0:
+                context.watch.rest_at(kept.hold.gyroscope)
+        self._since.clear()
 
     def _grown(self, kept: KeptHold) -> Hold | None:
-        """A kept hold with what its rest has gained since; None if the rest is another one."""
-        hold = None if kept.dropped else self.hold()
-        if hold is None or hold.start >= kept.hold.end or hold.end <= kept.hold.start:
-            return None
-        return hold
+        """A kept hold with what its rest has gained since; None if that is no hold.
+
+        Limits that were widened find the slow moments of a motion, too: where they are, the whole
+        rest is compared with the motion before it. That of the settle step is judged by its noise.
+        """
+        grown = self._hold_in_rest(kept.hold)
+        wide = self._context.watch.loosened > 1.0
+        if grown is not None and not (wide and self.slow_moment(grown)):
+            return grown
+        return kept.hold if kept.step is StepKind.SETTLE else None
 
     def fresh(self) -> None:
         """Begin a new run: the device moves."""
@@ -190,9 +217,11 @@ class HoldCapture:
         """All measurements; a hold in progress has its present length."""
         run, own = self._context.run, self._context.measurements
         kept = run.kept
-        grown = None if kept is None or run.complete else self._grown(kept)
-        if kept is None or grown is None:
+        if kept is None or kept.dropped or run.complete:
             return own.collected()
+        grown = self._grown(kept)
+        if grown is None:
+            return own.collected(without=kept)
         before = kept.hold
         kept.update(grown)
         try:
@@ -210,11 +239,22 @@ class MotionBuffer:
         self._seconds = 0.0
         self._moved = False
 
-    def rest_in(self, kept: KeptHold) -> None:
-        """Drop all samples but those that may be trimmed off the end of a kept hold."""
+    def rest_in(self, kept: KeptHold, *, growing: bool) -> None:
+        """Note that the device rests in a kept hold.
+
+        Where a growing hold ends is known when the device moves: until then, all samples are kept.
+        Of another one only those at its end are.
+        """
         self._context.start, self._context.start_lost, self._moved = kept, "", False
-        while len(self._blocks) > GUARD_BLOCKS + MAX_TRIMMED_BLOCKS + 1:
-            self._seconds -= self._blocks.popleft().seconds
+        while not growing and len(self._blocks) > GUARD_BLOCKS + MAX_TRIMMED_BLOCKS + 1:
+            self._drop()
+
+    def begin_after(self, hold: Hold) -> None:
+        """Begin the motion with the last block of a hold, which has its whole length now."""
+        while len(self._blocks) > 1 and self._blocks[1].summary.start[0] < hold.end:
+            self._drop()
+        if self._blocks and self._blocks[0].summary.start[0] > hold.end + TIME_TOLERANCE:
+            self._lose()
 
     def add(self, block: Block, *, still: bool) -> None:
         """Take the next block."""
@@ -222,10 +262,18 @@ class MotionBuffer:
         self._blocks.append(block)
         self._seconds += block.seconds
         while self._seconds > MAX_MOTION_SECONDS:
-            self._seconds -= self._blocks.popleft().seconds
-            if self._context.start is not None:
-                self._context.start = None
-                self._context.start_lost = f"it took longer than {MAX_MOTION_SECONDS:.0f} s"
+            self._drop()
+            if self._moved:
+                self._lose()
+
+    def _drop(self) -> None:
+        self._seconds -= self._blocks.popleft().seconds
+
+    def _lose(self) -> None:
+        """The beginning of the motion is no longer known."""
+        if self._context.start is not None:
+            self._context.start = None
+            self._context.start_lost = f"it took longer than {MAX_MOTION_SECONDS:.0f} s"
 
     def to(self, after: KeptHold) -> KeptRotation | None:
         """The motion from the last kept hold to this one, or None."""
@@ -244,9 +292,6 @@ class MotionBuffer:
         motion = KeptRotation(before, after, time, rate, acceleration, after.step)
         # The gap flag of the first block concerns the time before it.
         broken = any(bool(block.summary.gap[0]) for block in blocks[1:])
-        # of a rest that went on otherwise than the hold, the samples in between were not kept
-        begun = float(blocks[0].summary.start[0])
-        broken |= before.changed and begun > before.hold.end + TIME_TOLERANCE
         missing = broken or not bool(np.isfinite(rate).all())
         motion.problem = "samples are missing in it" if missing else None
         return motion

@@ -21,7 +21,6 @@ class KeptHold:
         ticks: the pose that it counts for, by step.
         dropped: taken back; no motion starts from it.
         between: held only to start or end a rotation.
-        changed: its rest went on otherwise than the hold, as when a hand begins to tremble.
     """
 
     hold: Hold
@@ -29,7 +28,6 @@ class KeptHold:
     ticks: dict[StepKind, str] = field(default_factory=dict)
     dropped: bool = False
     between: bool = False
-    changed: bool = False
 
     @property
     def seconds(self) -> float:
@@ -196,10 +194,15 @@ class Measurements:
         """The rotations about an axis that count."""
         return [kept for kept in self.rotations if kept.counts and kept.axis == axis]
 
-    def collected(self) -> Collected:
-        """All measurements, frozen."""
+    def collected(self, without: KeptHold | None = None) -> Collected:
+        """All measurements, frozen.
+
+        Args:
+            without: a hold that is left out with its rotations.
+        """
+        turned = [one for one in self.rotations if without not in (one.before, one.after)]
         return Collected(
-            holds=tuple(entry.hold for entry in self.holds),
-            rotations=tuple(entry.rotation() for entry in self.rotations),
-            validation=tuple(entry.hold for entry in self.validation),
+            holds=tuple(entry.hold for entry in self.holds if entry is not without),
+            rotations=tuple(entry.rotation() for entry in turned),
+            validation=tuple(entry.hold for entry in self.validation if entry is not without),
         )

@@ -18,7 +18,7 @@ from imucal_wizard.core.limits.stillness import TIME_TOLERANCE
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.guide.commands import Commands
+from imucal_wizard.guide.commands import Commands, named
 from imucal_wizard.guide.context import Context, Stage
 from imucal_wizard.guide.field.checks import left_out_spans
 from imucal_wizard.guide.field.samples import FieldRecord
@@ -26,7 +26,7 @@ from imucal_wizard.guide.field.step import FieldStage
 from imucal_wizard.guide.hold_capture import HoldCapture
 from imucal_wizard.guide.instruction import present
 from imucal_wizard.guide.kinds import MEASURING, TITLES, EventKind, StepKind
-from imucal_wizard.guide.measurements import KeptHold
+from imucal_wizard.guide.measurements import Kept, KeptHold
 from imucal_wizard.guide.plan import Procedure
 from imucal_wizard.guide.scales import Scales, excess
 from imucal_wizard.guide.state import Event, Offer, Status, StillStatus
@@ -118,7 +118,8 @@ class StateMachine:
             ),
             StepKind.VERDICT: WaitingStage(StepKind.VERDICT),
         }
-        self.capture = HoldCapture(context, max(stage.seconds for stage in self.stages.values()))
+        longest = max(stage.seconds for stage in self.stages.values())
+        self.capture = HoldCapture(context, longest, self._withdraw)
         self.step = plan.kinds[0]
         self.skipped: dict[StepKind, str] = {}
         self.return_to: StepKind | None = None
@@ -241,7 +242,7 @@ class StateMachine:
         context, run = self.context, self.context.run
         if run.kept is not None:
             self.capture.finish()
-            if self.asking:
+            if self.asking and not run.kept.dropped:
                 context.emit(EventKind.MOVED, "Moving.")
         elif self.asking and not run.used:
             what = "Moved" if block.full else "Interrupted"
@@ -266,7 +267,8 @@ class StateMachine:
         if run.kept is not None:
             self.capture.finish()
             context.motion = None
-            self._pass_on(run.kept)
+            if not run.kept.dropped:
+                self._pass_on(run.kept)
             return
         hold = self.capture.hold()
         # a slow motion has calm moments, which are shorter than the rest that the step asks for
@@ -282,6 +284,29 @@ class StateMachine:
         frozen = frozen_axis(block.window, self.settle.noise, context.resolution.steps[0])
         if frozen:
             context.emit(EventKind.WARNING, frozen)
+
+    def take_back(self, kept: Kept) -> None:
+        """Take back a measurement, and ask for it again in its step."""
+        step, run = kept.step, self.context.run
+        ticks = dict(kept.ticks) if isinstance(kept, KeptHold) else {}
+        if isinstance(kept, KeptHold) and step is StepKind.SETTLE:
+            step = next(iter(ticks))
+            kept.ticks.clear()
+        else:
+            self.context.measurements.remove(kept)
+        if self.step is not step:
+            self.enter(step)
+        if run.kept is kept:
+            run.used = True
+        self.stage.enter()
+        if step in ticks and isinstance(self.stage, DirectionsStage):
+            self.stage.ask_again(ticks[step])
+
+    def _withdraw(self, kept: KeptHold) -> None:
+        """Take back a hold whose rest as a whole is a slow motion."""
+        self.take_back(kept)
+        text = f"{named(kept)} was taken back: the device was turning slowly."
+        self.context.emit(EventKind.UNDONE, text)
 
     def take_hand_held(self, hold: Hold) -> None:
         """Keep a hand-held hold; the device must be moved before the next one."""
@@ -401,7 +426,7 @@ class StateMachine:
             if self._left_out(kind):
                 continue
             self.enter(kind)
-            if kind in _MEASURED:
+            if kind in _MEASURED and self.step is kind:
                 left = ", ".join(TITLES[one] for one in self.skipped)
                 text = f"Measured except {left}." if left else "Everything is measured."
                 self.context.emit(EventKind.FINISHED, text)

@@ -7,6 +7,7 @@ samples alone: every limit that does not break the rest, in a file or in a strea
 blocks. The samples of a hold are not needed again.
 """
 
+import math
 from dataclasses import replace
 from functools import lru_cache
 
@@ -488,6 +489,7 @@ class Rests:
         windows: the windows.
         step_a: resolution of the accelerometer, 0 if not known.
         step_g: resolution of the gyroscope; None without one.
+        turning: windows that turn in the mean, shape (m,); None if not known.
     """
 
     def __init__(
@@ -495,9 +497,11 @@ class Rests:
         windows: Windows,
         step_a: FloatArray | float = 0.0,
         step_g: FloatArray | float | None = 0.0,
+        turning: BoolArray | None = None,
     ) -> None:
         self._std = windows.std_a
         self._full = windows.full & true_on_all_axes(np.isfinite(windows.std_a))
+        self._turning = np.zeros(len(self._full), bool) if turning is None else turning
         self._step = step_a + np.zeros(3)
         if windows.std_g is not None:
             self._std = np.hstack([windows.std_a, windows.std_g])
@@ -532,7 +536,11 @@ class Rests:
         return found
 
     def around(self, first: int, past: int) -> tuple[int, int]:
-        """The rest around the calmest of some windows: its first window and past its last."""
+        """The rest around the calmest of some windows: its first window and past its last.
+
+        A smooth turn about the vertical beside them may be calmer than a hand that trembles. It is
+        no rest, and ends theirs.
+        """
         calmest, seen = first + int(self._unrest[first:past].argmin()), set[int]()
         begun = calmest
         while begun not in self._around:
@@ -541,7 +549,12 @@ class Rests:
             calmest = begin + int(self._unrest[begin:end].argmin())
             if calmest in seen:
                 self._around[begun] = begin, end
-        return self._around[begun]
+        begin, end = self._around[begun]
+        beside = end <= first or past <= begin
+        if beside and self._turning[begin:end].mean() > 0.5:
+            begin, end = self._rest(begun)
+            return max(begin, first), min(end, past)
+        return begin, end
 
     def _rest(self, calmest: int) -> tuple[int, int]:
         """All windows around this one within the limit that they make themselves."""
@@ -578,6 +591,16 @@ def still_runs(still: BoolArray) -> list[tuple[int, int]]:
     """Runs of still windows, each as its first and past its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
     return [(int(first), int(past)) for first, past in edges.reshape(-1, 2)]
+
+
+def fewest_windows(seconds: float) -> int:
+    """Windows of the shortest rest that can be a hold.
+
+    Args:
+        seconds: length of a block.
+    """
+    shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
+    return shortest - WINDOW_BLOCKS + 1
 
 
 def blocks_of_rests(rests: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -635,6 +658,8 @@ class HoldBuilder:
         gravity: float,
         step_a: FloatArray | float = 0.0,
         step_g: FloatArray | float | None = 0.0,
+        rest: tuple[FloatArray | None, float] = (None, 0.0),
+        kept: Hold | None = None,
     ) -> Hold | None:
         """The hold in the rest so far; None if it drifts or nothing remains.
 
@@ -642,15 +667,31 @@ class HoldBuilder:
             gravity: reading of one gravity.
             step_a: resolution of the accelerometer, 0 if not known.
             step_g: resolution of the gyroscope.
+            rest: the gyroscope's reading at rest, and the deviation from it that is no turn; see
+                ``Windows.turning``.
+            kept: the hold that was taken when less of the rest was known. What is found is the
+                same rest, as a recording of it all shows it; None for the calmest one.
         """
         if self._run is None:
             return None
-        rests = Rests(join_windows(self._windows), step_a, step_g)
-        runs = blocks_of_rests([rests.around(self._run[1], len(self._blocks))])
-        if not runs:
+        windows = join_windows(self._windows)
+        rests = Rests(windows, step_a, step_g, windows.turning(*rest))
+        first, past = self._run[1], len(self._blocks)
+        if kept is None:
+            runs = blocks_of_rests([rests.around(first, past)])
+        else:
+            seconds = float(self._blocks[-1].end[0] - self._blocks[-1].start[0])
+            runs = blocks_of_rests(sorted(set(rests.within(first, past, fewest_windows(seconds)))))
+            runs = sorted(runs, key=lambda run: self._shared(run, kept))[-1:]
+        if not runs or (kept is not None and not self._shared(runs[0], kept) > 0.0):
             return None
         blocks = join_blocks(self._blocks[slice(*runs[0])])
         return hold_at_rest(blocks, gravity, step_a, step_g)
+
+    def _shared(self, run: tuple[int, int], hold: Hold) -> float:
+        """Seconds that some blocks share with a hold; negative if there are none."""
+        start, end = self._blocks[run[0]].start[0], self._blocks[run[1] - 1].end[0]
+        return float(min(end, hold.end) - max(start, hold.start))
 
     def drop(self) -> None:
         """Drop the current run and the blocks before it."""

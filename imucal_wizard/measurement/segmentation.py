@@ -15,7 +15,6 @@ import numpy as np
 from imucal_wizard.core.limits.stillness import (
     CALM_FACTOR,
     COURSE_STRETCHES,
-    GUARD_BLOCKS,
     HOLDS_BESIDE,
     LIVELY_RATE,
     LIVELY_SHARE,
@@ -74,6 +73,7 @@ from imucal_wizard.measurement.holds import (
     Rests,
     Rotation,
     blocks_of_rests,
+    fewest_windows,
     hold_at_rest,
     slow_and_fast,
     steady,
@@ -149,11 +149,11 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     one_position = reach < ONE_POSITION * magnitude
     if readings.accelerometer.unit == COUNT:
         one_position &= reach < ONE_POSITION_NOISE * float(noise.std_a.max())
-    rests = Rests(windows, step_a, step_g)
     gravity = magnitude if one_position else reach
     if counts:
         least = math.radians(MIN_RATE_LIMIT_DEG) * _counts_per_radian(blocks, gravity, noise.mean_g)
     resting = _resting_rate(windows, noise, first + QUIET_BLOCKS // 2)
+    turning = windows.turning(resting, least * MIN_TURN_DEG / MIN_RATE_LIMIT_DEG)
     return ReducedRecording(
         blocks=blocks,
         windows=windows,
@@ -162,7 +162,7 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
         step_g=step_g,
         gravity=gravity,
         one_position=one_position,
-        rests=rests,
+        rests=Rests(windows, step_a, step_g, turning),
         resting_rate=resting,
         least_rate=least,
     )
@@ -331,14 +331,13 @@ def _relative(std: FloatArray, full: BoolArray, floor: FloatArray) -> FloatArray
 def holds_under(stream: ReducedRecording, limits: Limits) -> list[Hold]:
     """The holds in the rests that these limits find."""
     seconds = median(stream.blocks.end - stream.blocks.start)
-    shortest = math.ceil(MIN_HOLD_SECONDS / seconds - TIME_TOLERANCE) + 2 * GUARD_BLOCKS
     rate = None if limits.rate is None else np.maximum(limits.rate, stream.least_rate)
     limits = replace(limits, gyroscope_mean=stream.resting_rate, rate=rate)
     runs = still_runs(stream.windows.still(limits))
     rests = {
         rest
         for first, past in runs
-        for rest in stream.rests.within(first, past, shortest - WINDOW_BLOCKS + 1)
+        for rest in stream.rests.within(first, past, fewest_windows(seconds))
     }
     holds = [_hold_of_rest(stream, rest) for rest in blocks_of_rests(sorted(rests))]
     return _without_turns(stream, [hold for hold in holds if hold is not None])

@@ -98,6 +98,17 @@ class Windows:
             self.full[rows],
         )
 
+    def turning(self, rest: FloatArray | None, most: float) -> BoolArray:
+        """Which windows turn in the mean, however calmly, shape (m,).
+
+        Args:
+            rest: the gyroscope's reading at rest, shape (3,) or (m, 3); None if not known.
+            most: deviation from it that is no turn, in its unit; 0 if not known.
+        """
+        if self.mean_g is None or rest is None or not most > 0.0:
+            return np.zeros(len(self), bool)
+        return np.asarray((np.abs(self.mean_g - rest) > most).any(axis=1))
+
     def still(self, limits: Limits) -> BoolArray:
         """Which windows are still under these limits, shape (m,)."""
         still = self.full & true_on_all_axes(self.std_a <= limits.accelerometer)

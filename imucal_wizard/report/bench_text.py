@@ -238,17 +238,21 @@ def suspect_name(entry: Entry) -> str:
 
 
 def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
-    """The parameters that stand out ± their standard errors; the first one if room is short."""
+    """The parameters that stand out ± their standard errors, with the unit.
+
+    If room is short it is the first one, and nothing where that does not fit either.
+    """
     suspect = entry.suspect
     if suspect is None or suspect.trial is None or entry.effect is None:
         return ""
     trial = suspect.trial
     sizes = sizes_text(entry.effect, sensor, trial.size, trial.standard_error, trial.covariance)
-    if len(sizes) <= room or suspect.candidate is None or entry.effect.free:
-        return sizes
-    k = suspect.largest
-    value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))
-    return f"{suspect.candidate.names[k]} {value}"[:room]
+    if len(sizes) > room and suspect.candidate is not None and not entry.effect.free:
+        k = suspect.largest
+        value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))
+        parameter = entry.effect.parameters(sensor)[k]
+        sizes = with_unit(f"{parameter.name} {value}", parameter.unit)
+    return sizes if len(sizes) <= room else ""
 
 
 def _in_unit(value: float | None, unit: str) -> str:

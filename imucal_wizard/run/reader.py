@@ -207,7 +207,7 @@ class Reader(Runner):
         source: the source, not yet open.
         engine: the engine that receives the bytes.
         prepare: run by the thread before the source is opened (a session is restored).
-        unopened: called at the end if the source could never be opened.
+        silent: called at the end if the source never sent a byte.
         clock: seconds that never go back.
 
     Attributes:
@@ -220,7 +220,7 @@ class Reader(Runner):
         engine: Engine,
         *,
         prepare: Prepare | None = None,
-        unopened: Callable[[], None] | None = None,
+        silent: Callable[[], None] | None = None,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         super().__init__(engine, clock=clock)
@@ -229,15 +229,16 @@ class Reader(Runner):
         self._source = source
         self._first: int | None = None
         self._prepare = prepare
-        self._unopened = unopened
+        self._silent = silent
+        self._heard = False
         self._resumed = prepare is not None
         self._started = 0.0
         engine.link("opening the port …", busy=True)
 
     def _live(self) -> None:
         super()._live()
-        if self._first is None and self._unopened is not None:
-            self._unopened()
+        if not self._heard and self._silent is not None:
+            self._silent()
 
     def _work(self) -> None:
         try:
@@ -288,7 +289,11 @@ class Reader(Runner):
     def _catch_up(self) -> None:
         """Read until the source stands still: commands fall on the same sample in every run."""
         while self._first is not None and (data := self._source.rest()):
-            self._engine.receive(data, self._now)
+            self._receive(data)
+
+    def _receive(self, data: bytes) -> None:
+        self._heard = True
+        self._engine.receive(data, self._now)
 
     def _command(self, name: str, argument: str) -> None:
         self._catch_up()
@@ -311,7 +316,7 @@ class Reader(Runner):
                 self._wait_for_return(str(error))
                 continue
             if data:
-                self._engine.receive(data, self._now)
+                self._receive(data)
             else:
                 self._engine.idle(self._now, expected=self._source.waiting)
             self._run_orders()

@@ -1,7 +1,8 @@
-"""The models that were built on the bench while no file has them.
+"""The models that were built on the bench, for when it is opened again.
 
 They are written whenever they change, so that a program that ends without a question (a signal, a
-crash, a loss of power) has them when the bench of the same recording is opened again.
+crash, a loss of power) has them when the bench of the same recording is opened again. A session is
+resumed with the models that its calibration file has.
 """
 
 import hashlib
@@ -29,10 +30,19 @@ class _BuiltModel(msgspec.Struct, frozen=True):
 
 
 class _Draft(msgspec.Struct, frozen=True):
-    """The content of the file."""
+    """The content of the file.
+
+    Attributes:
+        written: seconds since 1970.
+        models: the present models, by sensor.
+        saved: the models that a calibration file has; None if none has any.
+        file: this file.
+    """
 
     written: float
     models: dict[str, _BuiltModel]
+    saved: dict[str, _BuiltModel] | None = None
+    file: str = ""
 
 
 class BenchDraft:
@@ -40,15 +50,22 @@ class BenchDraft:
 
     Args:
         recorded: the recording, or one session. What was measured identifies it, not its name.
+
+    Attributes:
+        in_file: a calibration file has the models that were restored.
     """
 
     def __init__(self, recorded: Sequence[Path]) -> None:
         self._path = _place_of(recorded)
         self._problem = "what was measured can be read only once" if recorded else ""
         self._own = b""
+        self.in_file = False
+        self._session = len(recorded) == 1 and is_session(recorded[0])
+        self._saved: dict[str, _BuiltModel] | None = None
+        self._file = ""
 
     def write(self, benches: Benches, since: Mapping[str, Sequence[str]]) -> str:
-        """Write the present models; no file is left where all of them are in another one.
+        """Write the present models; those that are in another file are left to that.
 
         Args:
             benches: their benches.
@@ -58,24 +75,23 @@ class BenchDraft:
             Why they cannot be written, or "".
         """
         if not benches.changed(since):
-            self.remove()
+            self.give_up()
             return ""
+        return self._write(_built(benches))
+
+    def saved(self, benches: Benches, file: Path) -> None:
+        """Note that a file has the present models: a session is resumed with them."""
+        self._saved, self._file = None, ""
+        if self._session and benches.changed({}):
+            self._saved, self._file = _built(benches), str(file.absolute())
+        self.give_up()
+
+    def _write(self, models: dict[str, _BuiltModel]) -> str:
         if self._path is None:
             return self._problem
-        models = {
-            name: _BuiltModel(
-                bench.changes,
-                {
-                    one.name: one.equation
-                    for one in bench.catalogue
-                    if isinstance(one, FormulaEffect)
-                },
-            )
-            for name, bench in benches.opened.items()
-        }
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            written = encode_json(_Draft(time.time(), models))
+            written = encode_json(_Draft(time.time(), models, self._saved, self._file))
             write_atomically(self._path, written)
         except (ImucalError, OSError) as error:
             return str(error)
@@ -88,9 +104,12 @@ class BenchDraft:
         Returns:
             What was restored and what could not be; "" for nothing.
         """
+        self.in_file = False
         try:
             self._own = b"" if self._path is None else self._path.read_bytes()
             found = msgspec.json.decode(self._own, type=_Draft)
+            if found.saved is not None and Path(found.file).is_file():
+                self._saved, self._file = found.saved, found.file
             before, lacking = benches.models, []
             for sensor in (one for one in benches.sensors if one in found.models):
                 built, bench = found.models[sensor], benches.bench(sensor)
@@ -105,13 +124,28 @@ class BenchDraft:
         changes = "; ".join(benches.changed(before))
         if lacking:
             changes = f"{changes or 'nothing'}; not restored: {', '.join(lacking)}"
-        return f"{changes} ({date_text(found.written)}, in no file)" if changes else ""
+        self.in_file = not lacking and found.models == self._saved
+        where = f"in {self._file}" if self.in_file else "in no file"
+        return f"{changes} ({date_text(found.written)}, {where})" if changes else ""
 
-    def remove(self) -> None:
-        """The models are in a file, or given up; what another program has written stays."""
+    def give_up(self) -> None:
+        """Keep only the models that a file has; what another program has written stays."""
+        if self._saved is not None:
+            self._write(self._saved)
+            return
         with suppress(OSError):
             if self._path is not None and self._own and self._path.read_bytes() == self._own:
                 self._path.unlink()
+
+
+def _built(benches: Benches) -> dict[str, _BuiltModel]:
+    return {
+        name: _BuiltModel(
+            bench.changes,
+            {one.name: one.equation for one in bench.catalogue if isinstance(one, FormulaEffect)},
+        )
+        for name, bench in benches.opened.items()
+    }
 
 
 def _place_of(recorded: Sequence[Path]) -> Path | None:

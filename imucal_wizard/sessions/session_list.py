@@ -52,6 +52,11 @@ class SessionInfo:
         """Whether its result was reached or saved, so that no measurement is left."""
         return self.step in ("result", "validate", "save", "verdict")
 
+    @property
+    def empty(self) -> bool:
+        """Whether nothing has been measured in it yet; its bytes may be of use nevertheless."""
+        return not self.holds and self.step in ("", "source", "settle")
+
 
 def default_directory() -> Path:
     """The folder of this user's sessions."""

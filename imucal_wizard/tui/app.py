@@ -151,10 +151,10 @@ class BaseApp(App[Saved]):
         """
         raise NotImplementedError
 
-    def wrote(self, _saved: Saved) -> None:
+    def wrote(self, saved: Saved) -> None:
         """Note that the models are in a file."""
         self.unkept = None
-        self.models.saved()
+        self.models.saved(saved.path)
 
     def leave(self) -> None:
         """End the app without a question."""

@@ -87,7 +87,10 @@ class Services(Protocol):
         """The ports with devices. Runs in a thread."""
 
     def earlier(self) -> Sequence[SourceChoice]:
-        """All sessions that no other program writes, newest first. Runs in a thread."""
+        """All sessions with measurements that no other program writes, newest first.
+
+        Runs in a thread.
+        """
 
     def devices(self) -> "Sequence[KnownDevice]":
         """All devices, the one that was measured last first. Runs in a thread."""
@@ -455,9 +458,10 @@ class WizardServices:
         return found
 
     def earlier(self) -> list[SourceChoice]:
-        """All sessions that no other program writes, newest first."""
+        """All sessions with measurements that no other program writes, newest first."""
         with self._catalogue() as catalogue:
-            return [_kept(one) for one in catalogue.sessions() if not one.busy]
+            found = [one for one in catalogue.sessions() if not one.busy]
+        return [_kept(one) for one in found if one.problem or not one.empty]
 
     def devices(self) -> "list[KnownDevice]":
         """All devices, the one that was measured last first."""

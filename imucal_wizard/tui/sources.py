@@ -273,7 +273,7 @@ class SourceOpener:
         return Reader(
             Pump(link),
             engine,
-            unopened=lambda: remove_session(path),
+            silent=lambda: remove_session(path),
         )
 
     def _link(self, port: str, baud: int) -> "Link":

@@ -34,7 +34,7 @@ _FITTED = (StepKind.RESULT, StepKind.VALIDATE, StepKind.SAVE)
 
 
 class BuiltModels:
-    """The benches of one source, and the models built on them until a file has these models.
+    """The benches of one source, and the models built on them.
 
     Attributes:
         benches: the benches as they were left; None before they were opened.
@@ -70,6 +70,8 @@ class BuiltModels:
         if self._draft is None and draft is not None:
             self._in_file, self._draft = in_file or {}, draft()
             self.restored = self._draft.restore(benches)
+            if self._draft.in_file:
+                self._in_file = benches.models
         self.benches = benches
 
     def keep(self) -> str:
@@ -84,14 +86,15 @@ class BuiltModels:
         return self._draft.write(self.benches, self._in_file)
 
     def give_up(self) -> None:
-        """Keep the models no longer."""
+        """Keep only the models that a file has."""
         if self._draft is not None:
-            self._draft.remove()
+            self._draft.give_up()
 
-    def saved(self) -> None:
+    def saved(self, file: "Path") -> None:
         """Note that a file has the models."""
         self._in_file = {} if self.benches is None else self.benches.models
-        self.give_up()
+        if self.benches is not None and self._draft is not None:
+            self._draft.saved(self.benches, file)
 
     @property
     def unsaved(self) -> str:

@@ -177,10 +177,10 @@ def test_an_honest_session_without_a_gyroscope_is_accepted() -> None:
     assert len(fit_readings(recorded(motion, device, rng)).holds) >= 20
 
 
-STUDIED = [pytest.param(seed, marks=pytest.mark.study) for seed in (10_005, 10_006)]
+STUDIED = [pytest.param(seed, marks=pytest.mark.study) for seed in (10_002, 10_005)]
 
 
-@pytest.mark.parametrize("seed", [10_002, *STUDIED])
+@pytest.mark.parametrize("seed", [10_030, 10_042, *STUDIED])
 def test_the_wizard_takes_no_hold_of_a_slow_motion(seed: int) -> None:
     """Its limits of rest are as wide as they go; these motions have moments that turn by 1° to 3°.
 
@@ -321,6 +321,6 @@ def test_a_calm_turn_about_the_vertical_is_no_hold_between_rests_that_tremble() 
         Series(time, values[1] + 0.1 * noise[1], "rad/s"),
     )
     holds, *_ = find_holds(readings, G)
-    assert len(holds) >= 11
+    assert len(holds) == 13  # also before and after the turn, which is the calmest
     means = [one.gyroscope for one in holds if one.gyroscope is not None]
     assert np.degrees(np.abs(means).max()) < 2.0

@@ -160,3 +160,17 @@ def test_limits_that_were_loosened_come_back_with_the_first_calm_hold() -> None:
     assert machine.status().still.loosened == 1.0
     assert "limits are back" in texts(events, EventKind.WARNING)[0]
     assert kinds(events)[-1] is EventKind.HOLD_TAKEN
+
+
+def test_a_slow_motion_that_rests_for_long_enough_is_taken_back_when_it_goes_on() -> None:
+    """The whole rest decides, as in a recording, and the pose is asked for again."""
+    device = Device()
+    machine = machine_at(StepKind.POSES, device)
+    for _ in range(4):
+        machine.command("loosen")
+    device.place("+x").rotate("z", 1.5, 3.0).rotate("z", 3.0, 3.0).rotate("z", 10.0, 4.0)
+    events = machine.feed(device.rotate("z", 90.0).taken())
+    assert EventKind.HOLD_TAKEN in kinds(events)
+    assert texts(events, EventKind.UNDONE) == ["+X was taken back: the device was turning slowly."]
+    assert machine.status().done == ()
+    assert not machine.collected().holds[1:]

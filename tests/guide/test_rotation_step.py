@@ -45,6 +45,21 @@ def test_the_samples_go_from_inside_one_hold_to_inside_the_other() -> None:
     assert rotations[0].after is rotations[1].before
 
 
+def test_a_rotation_from_a_rest_in_which_the_hand_begins_to_tremble_is_measured_whole() -> None:
+    """The hold ends with the calm part; the device tilts by 2° before it is still called moving."""
+    device, machine = rotating()
+    device.rest(3.0).shake(1.0, force=0.02, rate=0.004)
+    for _ in range(4):
+        device.rotate("x", 0.5, 1.2).shake(0.4, force=0.02, rate=0.004)
+    events = machine.feed(device.rotate("x", 88.0, 3.0).rest(3.0).taken())
+    (rotation,) = rotations_of(machine)
+    assert rotation.problem is None
+    assert rotation.before.start < rotation.time[0] < rotation.before.end
+    turned = (rotation.rate[:, 0] - device.gyro_bias[0]).sum() / device.rate
+    assert math.degrees(turned) == pytest.approx(90.0, abs=0.1)
+    assert EventKind.ROTATION_TAKEN in kinds(events)
+
+
 def test_the_live_angle_and_rates_follow_the_turn() -> None:
     device, machine = rotating()
     machine.feed(device.rotate("x", -120.0, 2.0).taken())

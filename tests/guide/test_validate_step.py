@@ -59,6 +59,14 @@ def test_an_orientation_that_the_fit_has_seen_is_refused() -> None:
     assert machine.collected().validation == ()
 
 
+def test_a_device_that_still_lies_in_a_pose_after_an_interruption_is_asked_to_tilt() -> None:
+    """A session that is resumed there said "Held only 0° from a pose already taken"."""
+    device, machine = validating()
+    events = machine.feed(device.gap(60.0).rest(4.0).taken())
+    refused = texts(events, EventKind.WRONG_POSE)
+    assert refused == ["This pose is already taken. Tilt it to a new one."]
+
+
 def test_an_orientation_validated_already_is_refused() -> None:
     device, machine = validating()
     events = machine.feed(device.hold("+x+y+z").hold("-z").hold("+x+y+z").taken())

@@ -9,12 +9,14 @@ from typing import cast
 import pytest
 from textual.pilot import Pilot
 
+from imucal_wizard.acquire.files import SUFFIX
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
+from imucal_wizard.sessions import Session
 from imucal_wizard.sessions.bench_draft import BenchDraft
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.run import BenchApp
@@ -202,6 +204,37 @@ async def test_the_result_of_a_resumed_session_has_the_model_again(
                 app.leave()  # as a signal does
     assert written == [("second-order",)]
     assert BenchDraft([recorded]).restore(Benches(bent)) == ""  # a file has it
+
+
+async def test_a_session_is_resumed_with_the_model_that_its_file_has(
+    bent: FitReport, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    session = tmp_path / f"a{SUFFIX}"
+    Session.create(session, {}).close()
+    written: list[tuple[str, ...]] = []
+
+    def resumed() -> WizardApp:
+        return app_at(StepKind.RESULT, bent, written, lambda: BenchDraft([session]))
+
+    app = resumed()
+    async with app.run_test(size=USUAL) as pilot:
+        await open_from_wizard(pilot)
+        await add_the_first(pilot)
+        await pilot.press("escape", "s")
+        await until(pilot, lambda: app.state.saved is not None)
+        saved = app.state.saved
+        assert saved is not None
+        saved.path.write_text("a calibration")
+    app = resumed()
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "from the bench: accelerometer + second-order; saved")
+        assert app.unsaved_model() == ""
+        await pilot.press("s")
+        await until(pilot, lambda: len(written) == 2)
+    assert written == [("second-order",)] * 2
+    saved.path.unlink()
+    assert "in no file" in BenchDraft([session]).restore(Benches(bent))
 
 
 def test_a_base_that_was_made_smaller_is_what_is_saved(benches: Benches) -> None:

@@ -19,7 +19,7 @@ from imucal_wizard.diagnose.views import (
     suspect_view,
     views_of,
 )
-from imucal_wizard.report.bench_text import blocks, ladder_rows
+from imucal_wizard.report.bench_text import blocks, ladder_rows, suspect_size
 from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.teach.prediction import STAYS, Prediction
@@ -55,6 +55,20 @@ def test_the_added_variable_slope_is_the_least_squares_size(snapshot: BenchSnaps
     sizes = np.linalg.lstsq(columns, misfit.residual, rcond=None)[0]
     assert view.slope == pytest.approx(sizes[entry.suspect.largest], rel=1e-6)
     assert view.slope == pytest.approx(5.0, abs=0.3)
+
+
+def test_a_size_that_is_cut_short_keeps_its_unit(snapshot: BenchSnapshot) -> None:
+    shown = 0
+    for entry in snapshot.entries:
+        if entry.effect is None:
+            continue
+        unit = entry.effect.parameters("accelerometer")[0].unit
+        for room in range(60):
+            size = suspect_size(entry, "accelerometer", room)
+            assert len(size) <= room
+            assert not size or unit in size
+            shown += bool(size) and size != suspect_size(entry, "accelerometer")
+    assert shown
 
 
 def test_what_the_other_columns_absorb_is_gone_from_residual_and_pattern(

@@ -14,12 +14,14 @@ from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.report.calibration_file import Device, read_calibration
 from imucal_wizard.report.device_history import save_in_history
 from imucal_wizard.run.session_replay import resume_session
+from imucal_wizard.sessions import Session
 from imucal_wizard.sessions.catalogue import Catalogue
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.screens.source import VIRTUAL
 from imucal_wizard.tui.services import WizardServices
 from imucal_wizard.tui.sources import SourceChoice, SourceKind
+from tests.acquire.ports import Pty
 from tests.cli.kept_sessions import listed
 from tests.report.devices import calibration
 from tests.report.test_device_history import shifted
@@ -168,6 +170,30 @@ def test_a_port_that_never_opened_leaves_no_session(tmp_path: Path) -> None:
     wait_for(lambda: "none" in source.snapshot().stream.problem)
     source.stop()
     wait_for(lambda: not list((tmp_path / "s").iterdir()))
+
+
+def test_a_port_that_sent_nothing_leaves_no_session(tmp_path: Path) -> None:
+    """It was offered as "resume session, 0 holds"."""
+    workshop = WizardServices(WizardOptions(sessions=tmp_path / "s"))
+    board = Pty()
+    source = workshop.open_source(SourceChoice(SourceKind.PORT, board.path))
+    source.start()
+    wait_for(lambda: not source.snapshot().stream.busy)
+    source.stop()
+    wait_for(lambda: not list((tmp_path / "s").iterdir()))
+    board.unplug()
+
+
+@pytest.mark.parametrize(("step", "offered"), [("settle", 0), ("up-down", 1)])
+def test_a_session_without_measurements_is_not_offered_but_kept(
+    tmp_path: Path, step: str, offered: int
+) -> None:
+    path = tmp_path / "2031-01-01_080000.imucal"
+    with Session.create(path, {}) as session:
+        session.write_pieces([(0.0, b"what may be of use")])
+        session.set_meta("step", step)
+    assert len(WizardServices(WizardOptions(sessions=tmp_path)).earlier()) == offered
+    assert path.exists()
 
 
 def test_a_known_device_gets_its_name_from_the_catalogue(

@@ -303,6 +303,13 @@ class DirectionsStage:
         return tuple(values)
 
 
+def _already_taken(angle: float) -> str:
+    """What to say of a hold so many degrees from a pose that is taken; a resumed one is there."""
+    if round(angle) < 1:
+        return "This pose is already taken. Tilt it to a new one."
+    return f"Held only {angle:.0f}° from a pose already taken."
+
+
 class ValidationStage(DirectionsStage):
     """Takes orientations that the fit has not seen; suggests corners, accepts any new one.
 
@@ -341,7 +348,7 @@ class ValidationStage(DirectionsStage):
         near = None if up is None else self._apart(up, self._known(kept))
         if up is None or near is not None:
             context.measurements.remove(kept)
-            where = "" if near is None else f"Held only {near:.0f}° from a pose already taken."
+            where = "" if near is None else _already_taken(near)
             context.emit(
                 EventKind.WRONG_POSE,
                 where

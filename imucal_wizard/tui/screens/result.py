@@ -108,8 +108,7 @@ class FitScreen(LiveScreen):
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
-        saved = self.state.saved is not None and not self.state.unsaved
-        rows = bench_rows(self.state.result, width, saved=saved)
+        rows = bench_rows(self.state.result, width, saved=not self.state.models.unsaved)
         if self.state.report is not None and not self.state.diagnoses:
             exercise = self.state.services.exercise
             words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
