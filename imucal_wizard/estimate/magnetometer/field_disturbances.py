@@ -1,9 +1,11 @@
 """Field disturbances: samples taken in another field than that of the rest of the session.
 
 Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
-Means over short blocks of time show it far below the noise of a sample, and the scatter within a
-block shows a field that swings. The misfit of the model, which is the same whenever a direction
-comes again, is measured beside it, so that a poor model is not taken for a disturbance.
+Means over short blocks of time show it far below the noise of a sample. Each is compared with the
+noise at its own time: a sensor that is noisier for a while is not disturbed, and its samples have
+their weight in the fit. A field that swings scatters as far, but from one sample the next ones
+follow. The misfit of the model, which is the same whenever a direction comes again, is measured
+beside it, so that a poor model is not taken for a disturbance.
 """
 
 from dataclasses import replace
@@ -13,7 +15,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 
 DISTURBANCE_BLOCK_SECONDS = (0.4, 2.0)
@@ -34,8 +36,8 @@ LINE_BINS = 2
 SLOW_BINS = 8
 """Lowest frequencies, at which the misfit of the model shows as the device turns."""
 MOST_OF_NOISE = 0.5
-"""Share of the power at one frequency from which on it is what the noise consists of: white noise
-has a twentieth there."""
+"""Share of the power at one frequency, or of that which the samples beside one foretell, from which
+on it is what the noise consists of: white noise has a twentieth there, and foretells nothing."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +80,16 @@ def find_disturbances(
         rounding: by how much the steps of the readings may shift the mean of a rest.
     """
     sigma = max(sigma, rounding)
-    far = np.abs(distance) > DISTURBED_SIGMAS * sigma
-    clipped = np.clip(distance, -DISTURBED_SIGMAS * sigma, DISTURBED_SIGMAS * sigma)
+    noise = _noise(distance, _size(time, min(DISTURBANCE_BLOCK_SECONDS)), sigma)
+    limit = DISTURBED_SIGMAS * noise
+    far = np.abs(distance) > limit
+    clipped = np.clip(distance, -limit, limit)
     misfit = float(np.hypot(_misfit(clipped, areas), rounding))
     during = np.zeros(len(distance), bool)
     for seconds in DISTURBANCE_BLOCK_SECONDS:
         block = np.arange(len(distance)) // _size(time, seconds)
-        during |= _disturbed(clipped, block, misfit, sigma)[block]
-        during |= _swinging(np.abs(distance), block, np.hypot(sigma, misfit))[block]
+        during |= _disturbed(clipped, block, misfit, noise)[block]
+        during |= _swinging(distance, block, np.hypot(sigma, misfit))[block]
     kept = ~far & ~during
     runs = _stretches(during, distance, time)
     single = far & ~during
@@ -126,6 +130,27 @@ def _size(time: FloatArray, seconds: float) -> int:
     return max(FEWEST_IN_BLOCK, round(seconds * rate))
 
 
+def _noise(distance: FloatArray, size: int, usual: float) -> FloatArray:
+    """Standard deviation of each sample by noise where it was taken, at least the usual, (n,).
+
+    By the steps from sample to sample, which no other field makes large for long. The noise of a
+    sensor changes anywhere in a block, so that the noisier one of the blocks beside counts.
+
+    Args:
+        distance: of each sample, shape (n,).
+        size: samples of a block.
+        usual: standard deviation of most samples.
+    """
+    count = len(distance) // size
+    if not count:
+        return np.full(len(distance), usual)
+    steps = np.abs(np.diff(distance, append=distance[-1]))[: count * size].reshape(count, size)
+    level = np.maximum(SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(steps.T), usual)
+    beside = np.pad(level, 1, mode="edge")
+    level = np.max([beside[:-2], level, beside[2:]], axis=0)
+    return np.asarray(level[np.minimum(np.arange(len(distance)) // size, count - 1)])
+
+
 def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
     """How far the means of directions differ: what the model lacks, and no disturbance."""
     count = np.bincount(areas, minlength=BINS)
@@ -137,12 +162,12 @@ def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
 
 
 def _disturbed(
-    distance: FloatArray, block: NDArray[np.intp], misfit: float, sigma: float
+    distance: FloatArray, block: NDArray[np.intp], misfit: float, noise: FloatArray
 ) -> BoolArray:
     """Blocks whose mean is far off, and their neighbours that are off as well."""
     count = np.bincount(block)
     mean = np.abs(np.bincount(block, distance) / count)
-    limit = np.sqrt(sigma**2 / count + misfit**2)
+    limit = np.sqrt(np.bincount(block, noise**2) / count**2 + misfit**2)
     return spread_to_neighbours(mean > DISTURBED_SIGMAS * limit, mean > DOUBTFUL_SIGMAS * limit)
 
 
@@ -168,16 +193,24 @@ def spread_to_neighbours(
     return found
 
 
-def _swinging(off: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArray:
-    """Blocks that scatter three times as far as the rest, by more than chance.
+def _swinging(distance: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArray:
+    """Blocks that scatter three times as far as the rest, by more than chance, and not as noise.
 
-    Half of such a block's samples lie so far off, which single spikes do not cause.
+    Half of such a block's samples lie so far off, which single spikes do not cause. Half of the
+    power of a swing is foretold by the samples on both sides; none of that of noise.
     """
     count = np.bincount(block)
     chance = DISTURBED_SIGMAS * MEDIAN_ERROR / np.sqrt(count)
     limit = (DOUBTFUL_SIGMAS / SIGMA_PER_MEDIAN + chance) * sigma
-    beyond = np.bincount(block, off > limit[block])
-    return np.asarray(beyond >= count - count // 2)
+    beyond = np.bincount(block, np.abs(distance) > limit[block])
+    own = distance - (np.bincount(block, distance) / count)[block]
+    inner = (block[:-2] == block[1:-1]) & (block[2:] == block[1:-1])
+    at, one, both = block[1:-1][inner], own[1:-1][inner], (own[:-2] + own[2:])[inner]
+    power, across, whole = (
+        np.bincount(at, product, len(count)) for product in (one**2, one * both, both**2)
+    )
+    foretold = across**2 > MOST_OF_NOISE * power * whole
+    return np.asarray((beyond >= count - count // 2) & foretold)
 
 
 def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:
