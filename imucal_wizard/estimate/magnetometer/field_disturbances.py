@@ -80,7 +80,7 @@ def find_disturbances(
         rounding: by how much the steps of the readings may shift the mean of a rest.
     """
     sigma = max(sigma, rounding)
-    noise = _noise(distance, _size(time, min(DISTURBANCE_BLOCK_SECONDS)), sigma)
+    noise = noise_of(distance, time, sigma)
     limit = DISTURBED_SIGMAS * noise
     far = np.abs(distance) > limit
     clipped = np.clip(distance, -limit, limit)
@@ -98,6 +98,28 @@ def find_disturbances(
         worst = float(np.abs(distance[single]).max())
         runs.append(LeftOut(float(time[rows[0]]), float(time[rows[-1]]), len(rows), worst, True))
     return kept, tuple(runs)
+
+
+def noise_of(distance: FloatArray, time: FloatArray, usual: float) -> FloatArray:
+    """Standard deviation of each sample by noise where it was taken, at least the usual, (n,).
+
+    By the steps from sample to sample, which no other field makes large for long. The noise of a
+    sensor changes anywhere in a block, so that the noisier one of the blocks beside counts.
+
+    Args:
+        distance: of each sample from an ellipsoid, in the order of time, shape (n,).
+        time: s, shape (n,).
+        usual: standard deviation of most samples.
+    """
+    size = _size(time, min(DISTURBANCE_BLOCK_SECONDS))
+    count = len(distance) // size
+    if not count:
+        return np.full(len(distance), usual)
+    steps = np.abs(np.diff(distance, append=distance[-1]))[: count * size].reshape(count, size)
+    level = np.maximum(SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(steps.T), usual)
+    beside = np.pad(level, 1, mode="edge")
+    level = np.max([beside[:-2], level, beside[2:]], axis=0)
+    return np.asarray(level[np.minimum(np.arange(len(distance)) // size, count - 1)])
 
 
 def line_of(distance: FloatArray, interval: float) -> float | None:
@@ -128,27 +150,6 @@ def _size(time: FloatArray, seconds: float) -> int:
     length = float(time[-1] - time[0])
     rate = (len(time) - 1) / length if length > 0.0 else 0.0
     return max(FEWEST_IN_BLOCK, round(seconds * rate))
-
-
-def _noise(distance: FloatArray, size: int, usual: float) -> FloatArray:
-    """Standard deviation of each sample by noise where it was taken, at least the usual, (n,).
-
-    By the steps from sample to sample, which no other field makes large for long. The noise of a
-    sensor changes anywhere in a block, so that the noisier one of the blocks beside counts.
-
-    Args:
-        distance: of each sample, shape (n,).
-        size: samples of a block.
-        usual: standard deviation of most samples.
-    """
-    count = len(distance) // size
-    if not count:
-        return np.full(len(distance), usual)
-    steps = np.abs(np.diff(distance, append=distance[-1]))[: count * size].reshape(count, size)
-    level = np.maximum(SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(steps.T), usual)
-    beside = np.pad(level, 1, mode="edge")
-    level = np.max([beside[:-2], level, beside[2:]], axis=0)
-    return np.asarray(level[np.minimum(np.arange(len(distance)) // size, count - 1)])
 
 
 def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
