@@ -143,7 +143,9 @@ def field_data(
     matrix, bias = start.calibration(magnitude)
     used, left_out = _used(start, readings)
     time, values = start.series.time[used], start.series.values[used]
-    pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings))
+    rounding = float((resolution_of(values) ** 2).max() * np.cbrt(np.linalg.det(matrix)) ** 2) / 12.0
+    beside = recorded(time, readings)
+    pieces = cut(time, values, (values - bias) @ matrix.T, beside, rounding)
     magnetic = (pieces.reading - bias) @ matrix.T
     size = np.linalg.norm(magnetic, axis=1)
     single, reading = pieces.scatter(np.linalg.norm((values - bias) @ matrix.T, axis=1), values)

@@ -29,6 +29,12 @@ MEDIAN_ERROR = 0.787
 """Standard deviation of the median of n absolute values of normal noise, times the root of n."""
 FEWEST_IN_BLOCK = 5
 """Samples of a block, and of an area whose mean counts."""
+FEWEST_FORETOLD = 30
+"""Samples by which it shows whether two foretell the next: those of noise seem to once in ten
+thousand times."""
+NOISIER = 4.0
+"""Three standard errors of a noise by its median, times the root of the samples, which it must be
+above the usual to count."""
 LINE_SAMPLES = 256
 """Samples of a spectrum; those of a session are averaged."""
 LINE_BINS = 2
@@ -36,7 +42,7 @@ LINE_BINS = 2
 SLOW_BINS = 8
 """Lowest frequencies, at which the misfit of the model shows as the device turns."""
 MOST_OF_NOISE = 0.5
-"""Share of the power at one frequency, or of that which the samples beside one foretell, from which
+"""Share of the power at one frequency, or of that which the samples before one foretell, from which
 on it is what the noise consists of: white noise has a twentieth there, and foretells nothing."""
 
 
@@ -80,16 +86,16 @@ def find_disturbances(
         rounding: by how much the steps of the readings may shift the mean of a rest.
     """
     sigma = max(sigma, rounding)
-    noise = noise_of(distance, time, sigma)
-    limit = DISTURBED_SIGMAS * noise
-    far = np.abs(distance) > limit
-    clipped = np.clip(distance, -limit, limit)
-    misfit = float(np.hypot(_misfit(clipped, areas), rounding))
-    during = np.zeros(len(distance), bool)
-    for seconds in DISTURBANCE_BLOCK_SECONDS:
-        block = np.arange(len(distance)) // _size(time, seconds)
-        during |= _disturbed(clipped, block, misfit, noise)[block]
-        during |= _swinging(distance, block, np.hypot(sigma, misfit))[block]
+    most = DISTURBED_SIGMAS * sigma
+    misfit = float(np.hypot(_misfit(np.clip(distance, -most, most), areas), rounding))
+    blocks = [np.arange(len(distance)) // _size(time, one) for one in DISTURBANCE_BLOCK_SECONDS]
+    swings = [_swinging(distance, block, float(np.hypot(sigma, misfit))) for block in blocks]
+    during = np.any([one[block] for one, block in zip(swings, blocks, strict=True)], axis=0)
+    noise = noise_of(np.where(during, 0.0, distance), time, sigma)
+    far = np.abs(distance) > DISTURBED_SIGMAS * noise
+    clipped = np.clip(distance, -DISTURBED_SIGMAS * noise, DISTURBED_SIGMAS * noise)
+    for block in blocks:
+        during |= _disturbed(clipped, block, misfit, sigma)[block]
     kept = ~far & ~during
     runs = _stretches(during, distance, time)
     single = far & ~during
@@ -103,23 +109,28 @@ def find_disturbances(
 def noise_of(distance: FloatArray, time: FloatArray, usual: float) -> FloatArray:
     """Standard deviation of each sample by noise where it was taken, at least the usual, (n,).
 
-    By the steps from sample to sample, which no other field makes large for long. The noise of a
-    sensor changes anywhere in a block, so that the noisier one of the blocks beside counts.
+    By the steps from sample to sample, which no other field makes large for long. A sensor becomes
+    noisier anywhere in a block, so that the noisier one of the blocks beside counts.
 
     Args:
         distance: of each sample from an ellipsoid, in the order of time, shape (n,).
         time: s, shape (n,).
         usual: standard deviation of most samples.
     """
-    size = _size(time, min(DISTURBANCE_BLOCK_SECONDS))
-    count = len(distance) // size
-    if not count:
-        return np.full(len(distance), usual)
-    steps = np.abs(np.diff(distance, append=distance[-1]))[: count * size].reshape(count, size)
-    level = np.maximum(SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(steps.T), usual)
-    beside = np.pad(level, 1, mode="edge")
-    level = np.max([beside[:-2], level, beside[2:]], axis=0)
-    return np.asarray(level[np.minimum(np.arange(len(distance)) // size, count - 1)])
+    noise = np.full(len(distance), usual)
+    steps = np.abs(np.diff(distance, append=distance[-1]))
+    for seconds in DISTURBANCE_BLOCK_SECONDS:
+        size = _size(time, seconds)
+        count = len(distance) // size
+        if count:
+            whole = steps[: count * size].reshape(count, size)
+            level = SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(whole.T)
+            level[level < (1.0 + NOISIER / np.sqrt(size)) * usual] = usual
+            level = np.pad(level, 1, mode="edge")
+            level = np.max([level[:-2], level[1:-1], level[2:]], axis=0)
+            of_sample = np.minimum(np.arange(len(distance)) // size, count - 1)
+            noise = np.maximum(noise, level[of_sample])
+    return noise
 
 
 def line_of(distance: FloatArray, interval: float) -> float | None:
@@ -163,12 +174,14 @@ def _misfit(distance: FloatArray, areas: NDArray[np.intp]) -> float:
 
 
 def _disturbed(
-    distance: FloatArray, block: NDArray[np.intp], misfit: float, noise: FloatArray
+    distance: FloatArray, block: NDArray[np.intp], misfit: float, sigma: float
 ) -> BoolArray:
-    """Blocks whose mean is far off, and their neighbours that are off as well."""
+    """Blocks whose mean is far off by their own noise, and neighbours that are off as well."""
     count = np.bincount(block)
     mean = np.abs(np.bincount(block, distance) / count)
-    limit = np.sqrt(np.bincount(block, noise**2) / count**2 + misfit**2)
+    steps = np.diff(distance, append=distance[-1])
+    noise = np.bincount(block, 0.5 * steps**2) / count
+    limit = np.sqrt(np.maximum(noise, sigma**2) / count + misfit**2)
     return spread_to_neighbours(mean > DISTURBED_SIGMAS * limit, mean > DOUBTFUL_SIGMAS * limit)
 
 
@@ -197,21 +210,29 @@ def spread_to_neighbours(
 def _swinging(distance: FloatArray, block: NDArray[np.intp], sigma: float) -> BoolArray:
     """Blocks that scatter three times as far as the rest, by more than chance, and not as noise.
 
-    Half of such a block's samples lie so far off, which single spikes do not cause. Half of the
-    power of a swing is foretold by the samples on both sides; none of that of noise.
+    Half of such a block's samples lie so far off, which single spikes do not cause. The two samples
+    before one foretell half of the power of a swing, by its autocorrelation, and none of noise.
     """
     count = np.bincount(block)
     chance = DISTURBED_SIGMAS * MEDIAN_ERROR / np.sqrt(count)
     limit = (DOUBTFUL_SIGMAS / SIGMA_PER_MEDIAN + chance) * sigma
     beyond = np.bincount(block, np.abs(distance) > limit[block])
+    wide = beyond >= count - count // 2
+    # wide blocks that follow one another are judged together
+    stretch = np.cumsum(np.diff(wide, prepend=False))[block]
     own = distance - (np.bincount(block, distance) / count)[block]
-    inner = (block[:-2] == block[1:-1]) & (block[2:] == block[1:-1])
-    at, one, both = block[1:-1][inner], own[1:-1][inner], (own[:-2] + own[2:])[inner]
-    power, across, whole = (
-        np.bincount(at, product, len(count)) for product in (one**2, one * both, both**2)
-    )
-    foretold = across**2 > MOST_OF_NOISE * power * whole
-    return np.asarray((beyond >= count - count // 2) & foretold)
+    number = int(stretch[-1]) + 1
+
+    def product(lag: int) -> FloatArray:
+        first, last = own[: len(own) - lag], own[lag:]
+        together = stretch[: len(own) - lag] == stretch[lag:]
+        return np.bincount(stretch[lag:], first * last * together, number)
+
+    power = np.maximum(product(0), np.finfo(float).tiny)
+    one, two = product(1) / power, product(2) / power
+    foretold = one**2 + two**2 - 2.0 * one**2 * two > MOST_OF_NOISE * (1.0 - one**2)
+    enough = np.bincount(stretch, minlength=number) >= FEWEST_FORETOLD
+    return np.asarray(wide & (foretold & enough)[np.cumsum(np.diff(wide, prepend=False))])
 
 
 def _stretches(during: BoolArray, distance: FloatArray, time: FloatArray) -> list[LeftOut]:
