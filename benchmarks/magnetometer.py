@@ -55,6 +55,7 @@ METHODS = tuple(MethodNames("magnetometer"))
 
 Make = Callable[[np.random.Generator], FloatArray]
 TRUE = true_parameters()
+PAIRS = [(i, j) for i in range(3) for j in range(i, 3)]
 SAMPLES = 50_000
 NEW = 6
 """New recordings by which an error held out is judged."""
@@ -254,13 +255,7 @@ def bound(
         stretch: of each sample, shape (n,).
         offset: standard deviation of that of a stretch.
     """
-    reading = MAGNITUDE * field @ np.linalg.inv(CORRECTION).T
-    inward = field @ CORRECTION
-    pairs = [(i, j) for i in range(3) for j in range(i, 3)]
-    columns = [
-        field[:, i] * reading[:, j] + (i != j) * field[:, j] * reading[:, i] for i, j in pairs
-    ]
-    design = np.column_stack([-inward, *columns])
+    design, inward = linear(field)
     root = level * np.linalg.norm(inward, axis=1)
     white, common = design / root[:, None], offset * inward / root[:, None]
     starts = np.flatnonzero(np.diff(stretch, prepend=-1))
@@ -273,18 +268,32 @@ def bound(
         inner, across = sums(common, common) + np.eye(3), sums(common, white)
         information -= np.einsum("kia,kij,kjb->ab", across, np.linalg.inv(inner), across)
     whole = np.linalg.inv(information)
-    # how the parameters that are told, of the gauge det M = 1, move with b and M
-    out, at = [], np.concatenate([OFFSET, [CORRECTION[one] for one in pairs]])
-    for place, step in enumerate(np.diag([1e-3] * 3 + [1e-6] * 6)):
-        ahead, behind = (_named(at + sign * step, pairs) for sign in (1.0, -1.0))
-        out.append((ahead - behind) / (2.0 * step[place]))
-    change = np.array(out)
+    change = told()
     return dict(zip(TRUE, np.sqrt(np.diag(change.T @ whole @ change)), strict=True))
 
 
-def _named(theta: FloatArray, pairs: list[tuple[int, int]]) -> FloatArray:
+def linear(field: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """How the length moves with b and M's entries, (n, 9), and with an offset, (n, 3)."""
+    reading = MAGNITUDE * field @ np.linalg.inv(CORRECTION).T
+    inward = field @ CORRECTION
+    columns = [
+        field[:, i] * reading[:, j] + (i != j) * field[:, j] * reading[:, i] for i, j in PAIRS
+    ]
+    return np.column_stack([-inward, *columns]), inward
+
+
+def told() -> FloatArray:
+    """How the parameters that are told, in the gauge det M = 1, move with b and M, (9, 10)."""
+    out, at = [], np.concatenate([OFFSET, [CORRECTION[one] for one in PAIRS]])
+    for place, step in enumerate(np.diag([1e-3] * 3 + [1e-6] * 6)):
+        ahead, behind = (_named(at + sign * step) for sign in (1.0, -1.0))
+        out.append((ahead - behind) / (2.0 * step[place]))
+    return np.array(out)
+
+
+def _named(theta: FloatArray) -> FloatArray:
     matrix = np.zeros((3, 3))
-    for (i, j), value in zip(pairs, theta[3:], strict=True):
+    for (i, j), value in zip(PAIRS, theta[3:], strict=True):
         matrix[i, j] = matrix[j, i] = value
     size = np.cbrt(np.linalg.det(matrix))
     return np.array([*theta[:3], *(theta[3:] / size), MAGNITUDE / size])

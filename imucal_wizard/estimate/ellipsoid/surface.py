@@ -154,9 +154,7 @@ class Distances:
     seen: FloatArray
 
 
-def distances(
-    theta: FloatArray, points: FloatArray, variance: FloatArray | float
-) -> Distances:
+def distances(theta: FloatArray, points: FloatArray, variance: FloatArray | float) -> Distances:
     """Distances and their derivatives, free of the bias by noise.
 
     To first order the distance of a sample is ``(|x| − 1)/|Pu|`` with ``x = P (z − b)`` and
@@ -211,10 +209,10 @@ def orthogonal(
         DataError: it does not converge.
     """
     theta, factor = start.copy(), 0.0
-    noise = noise / np.mean(noise)
+    share = np.asarray(noise / np.mean(noise), np.float64)
     for _ in range(ORTHOGONAL_ITERATIONS):
-        now = distances(theta, points, factor * noise**2)
-        error, slope = now.distance / noise, now.slope / noise
+        now = distances(theta, points, factor * share**2)
+        error, slope = now.distance / share, now.slope / share
         normal = slope @ slope.T
         try:
             step = np.linalg.solve(normal, slope @ error)

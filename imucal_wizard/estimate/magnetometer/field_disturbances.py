@@ -226,7 +226,7 @@ def _swinging(distance: FloatArray, block: NDArray[np.intp], sigma: float) -> Bo
     def product(lag: int) -> FloatArray:
         first, last = own[: len(own) - lag], own[lag:]
         together = stretch[: len(own) - lag] == stretch[lag:]
-        return np.bincount(stretch[lag:], first * last * together, number)
+        return np.asarray(np.bincount(stretch[lag:], first * last * together, number), np.float64)
 
     power = np.maximum(product(0), np.finfo(float).tiny)
     one, two = product(1) / power, product(2) / power

@@ -22,7 +22,7 @@ from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median
 
 MOST_GROUPS = 120
 """Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects
-as quickly as for a hundred holds."""
+as quickly as for a hundred holds. Changes of the noise make some more."""
 FIELD_PIECE_SECONDS = 0.2
 """Seconds of a piece."""
 MAX_FIELD_PIECES = 3000
@@ -40,9 +40,11 @@ MIN_PIECES_OF_POSE = 3
 POSE_RATE = ONE_POSE_RADIANS * np.sqrt(12.0) / REVISIT_SECONDS
 """Rate of the direction, rad/s, by which a turn of ``REVISIT_SECONDS`` scatters as much as a pose
 that is held."""
-CHANGED_NOISE = 16.0
+SMALLEST_NOISE = 1e-7
+"""Of the field; data without any noise keep a weight."""
+CHANGED_NOISE = 20.0
 """Twice the logarithm of the likelihood ratio from which on the noise changes at one of the some
-hundred places in a recording: by chance it is as large once in a hundred recordings."""
+hundred places in a recording: by chance it is as large in less than one of a hundred of them."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -153,7 +155,8 @@ def cut(
     features = np.column_stack([unit, flowing, share])
     offsets = slices(features, count, MOST_GROUPS, alike=3 + flowing.shape[1], fresh=fresh)
     offsets = _without_ends_of_turns(offsets, _held(unit, when, offsets), fresh)
-    scatter = _scatter(magnitude, np.append(starts, len(time))) + rounding
+    least = max(rounding, (SMALLEST_NOISE * float(magnitude.mean())) ** 2)
+    scatter = _scatter(magnitude, np.append(starts, len(time))) + least
     offsets = _of_one_noise(offsets, scatter, count - 1.0)
     total = np.add.reduceat(unit * count[:, None], offsets[:-1], axis=0)
     return Pieces(

@@ -232,9 +232,7 @@ def _check_many(
         check_saturation(stuck, inside, steps)
 
 
-def _refined(
-    points: FloatArray, time: FloatArray, theta: FloatArray, sigma: float
-) -> FloatArray:
+def _refined(points: FloatArray, time: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
     """θ by the orthogonal fit to some thousand samples that lie near, by the noise of each.
 
     Raises:
