@@ -167,8 +167,8 @@ def _started(series: Series, cloud: Cloud) -> FieldStart:
     if kept.mean() < MIN_UNDISTURBED:
         raise DataError(
             f"{100.0 * (1.0 - kept.mean()):.0f} % of the magnetometer's samples do not agree with "
-            "the others: the field changed while the device turned, or the sensor is far noisier "
-            "at times. Measure again, away from iron, magnets, loudspeakers and currents"
+            "the others: the field changed while the device turned. Measure again, away from iron, "
+            "magnets, loudspeakers and currents"
         )
     check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
     if not kept.all():
