@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median_of_rows, robust_deviation
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import BINS
 
 DISTURBANCE_BLOCK_SECONDS = (0.4, 2.0)
@@ -124,7 +124,8 @@ def noise_of(distance: FloatArray, time: FloatArray, usual: float) -> FloatArray
         count = len(distance) // size
         if count:
             whole = steps[: count * size].reshape(count, size)
-            level = SIGMA_PER_MEDIAN * np.sqrt(0.5) * median_of_rows(whole.T)
+            middle = np.partition(whole, size // 2, axis=1)[:, size // 2]
+            level = SIGMA_PER_MEDIAN * np.sqrt(0.5) * middle
             level[level < (1.0 + NOISIER / np.sqrt(size)) * usual] = usual
             level = np.pad(level, 1, mode="edge")
             level = np.max([level[:-2], level[1:-1], level[2:]], axis=0)
