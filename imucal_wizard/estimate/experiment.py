@@ -97,6 +97,7 @@ class Experiment(ABC):
         guided: the operator of the wizard can add rows to it; else no next poses are proposed.
         slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
             where that is not asked.
+        unmeasured_slow_noise: what the report says where they do not.
         shows_slow_noise: what the operator does to show it.
     """
 
@@ -117,6 +118,7 @@ class Experiment(ABC):
     guided: bool = True
     on_table: "TableData | None" = None
     slow_noise_measured: bool | None = None
+    unmeasured_slow_noise: str = "slow noise of the biases was not measured"
     shows_slow_noise: str = "repeat some poses or rest for a minute"
 
     @property

@@ -331,8 +331,9 @@ class SensorFit:
         """What the errors of the biases rest on where slow noise was not measured, or ""."""
         if self.slow_noise_measured is not False:
             return ""
-        again = "" if self.experiment is None else f": {self.experiment.shows_slow_noise}"
-        return f"slow noise of the biases was not measured{again}"
+        if self.experiment is None:
+            return "slow noise of the biases was not measured"
+        return f"{self.experiment.unmeasured_slow_noise}: {self.experiment.shows_slow_noise}"
 
     @property
     def unusable(self) -> str:

@@ -73,6 +73,18 @@ def test_single_wild_samples_are_one_entry_with_first_and_last_time() -> None:
     assert run == LeftOut(float(TIME[400]), float(TIME[7500]), 3, 15.0, single=True)
 
 
+def test_a_noisier_pose_is_no_disturbance_but_its_mean_may_be_one() -> None:
+    """Five times the noise for three seconds; with a mean that is off by three of its sigmas."""
+    during = np.abs(TIME - MIDDLE) < 1.5
+    noise = np.where(during, 5.0, 1.0) * _noise(8)
+    kept, runs = find_disturbances(noise, TIME, _areas(), 1.0, 0.0)
+    assert kept.all()
+    assert runs == ()
+    kept, (run,) = find_disturbances(noise + 15.0 * during, TIME, _areas(), 1.0, 0.0)
+    assert (~kept)[during].mean() > 0.9
+    assert run.start < MIDDLE < run.end
+
+
 def test_what_the_model_lacks_in_every_direction_is_no_disturbance() -> None:
     """Each direction is off by 1.5 standard deviations for as long as the device looks there.
 

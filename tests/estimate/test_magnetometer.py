@@ -193,6 +193,7 @@ def test_the_report_says_whether_slow_noise_was_measured() -> None:
     fit = fit_magnetometer(recorded(once, rng).series).fit
     assert fit.slow_noise_measured is False
     assert "same directions again" in fit.slow_noise_note
+    assert "a drift of the field were not measured" in fit.slow_noise_note
     assert fit_magnetometer(
         recorded(np.concatenate([once, again]), rng).series
     ).fit.slow_noise_measured

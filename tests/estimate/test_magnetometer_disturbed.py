@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.magnetometer import MOTIONS, Noise, recording
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit, fit_magnetometer
 from imucal_wizard.estimate.methods import MethodNames
 from tests.estimate.field_truth import (
@@ -38,6 +39,20 @@ def test_a_passing_steel_object_is_left_out_with_its_time() -> None:
     assert all(run.start > 36.0 and run.end < 44.5 for run in found.left_out)
     assert any("the field was disturbed" in text for text in found.fit.warnings)
     assert_true(found)
+
+
+def test_poses_of_uneven_noise_keep_their_samples_and_weigh_by_their_own_noise() -> None:
+    """Each of 18 poses has another noise; in this recording poses of many times it are most."""
+    rng = np.random.default_rng([18106, 592])
+    motion = MOTIONS["18 poses of 3 s"]
+    _, stretch, level, _, series = recording(motion, Noise(uneven=0.7), 1.0, rng)
+    found = fit_magnetometer(series)
+    assert found.kept.all()
+    assert_true(found)
+    group = found.data.group_of
+    each = np.array([found.data.noise[group[stretch == pose][120]] for pose in range(18)])
+    true = np.array([level[stretch == pose][0] for pose in range(18)]) ** 2 / 240.0
+    assert np.abs(np.log(each / true)).max() < np.log(1.7)
 
 
 def test_single_wild_samples_are_left_out() -> None:

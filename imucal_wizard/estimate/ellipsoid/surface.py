@@ -154,7 +154,7 @@ class Distances:
     seen: FloatArray
 
 
-def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distances:
+def distances(theta: FloatArray, points: FloatArray, variance: FloatArray | float) -> Distances:
     """Distances and their derivatives, free of the bias by noise.
 
     To first order the distance of a sample is ``(|x| − 1)/|Pu|`` with ``x = P (z − b)`` and
@@ -167,7 +167,7 @@ def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distanc
     Args:
         theta: parameters, shape (9,).
         points: dimensionless readings, shape (3, n).
-        variance: σ² of the noise in each axis, dimensionless.
+        variance: σ² of the noise in each axis, dimensionless, shape (n,) or of all.
     """
     matrix = symmetric_matrix(theta)
     offsets = points - theta[:3, None]
@@ -193,32 +193,37 @@ def distances(theta: FloatArray, points: FloatArray, variance: float) -> Distanc
     return Distances(error * inverse, slope, seen)
 
 
-def orthogonal(points: FloatArray, start: FloatArray) -> FloatArray:
-    """θ, shape (9,), that minimises the sum of squared distances (Gauss–Newton).
+def orthogonal(
+    points: FloatArray, start: FloatArray, noise: FloatArray | float = 1.0
+) -> FloatArray:
+    """θ, shape (9,), that minimises the sum of squared distances over noise (Gauss–Newton).
 
     The variance of the noise is that of the distances.
 
     Args:
         points: dimensionless readings, shape (3, n).
         start: θ to start from, shape (9,).
+        noise: standard deviations of the distances up to a common factor, shape (n,), or of all.
 
     Raises:
         DataError: it does not converge.
     """
-    theta, variance = start.copy(), 0.0
+    theta, factor = start.copy(), 0.0
+    share = np.asarray(noise / np.mean(noise), np.float64)
     for _ in range(ORTHOGONAL_ITERATIONS):
-        now = distances(theta, points, variance)
-        normal = now.slope @ now.slope.T
+        now = distances(theta, points, factor * share**2)
+        error, slope = now.distance / share, now.slope / share
+        normal = slope @ slope.T
         try:
-            step = np.linalg.solve(normal, now.slope @ now.distance)
+            step = np.linalg.solve(normal, slope @ error)
         except np.linalg.LinAlgError:
             raise DataError(_NO_CONVERGENCE) from None
         theta = theta - step
-        variance = float(now.distance @ now.distance) / max(len(now.distance) - ELLIPSOID_SIZE, 1)
+        factor = float(error @ error) / max(len(error) - ELLIPSOID_SIZE, 1)
         if not np.abs(theta).max() < FARTHEST_CENTRE:
             break
         # the step in standard errors: its square is the drop of the sum of squares over σ²
-        if step @ normal @ step <= LAST_ORTHOGONAL_STEP**2 * variance + 1e-24:
+        if step @ normal @ step <= LAST_ORTHOGONAL_STEP**2 * factor + 1e-24:
             return theta
     raise DataError(_NO_CONVERGENCE)
 

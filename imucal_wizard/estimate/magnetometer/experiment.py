@@ -19,12 +19,12 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.magnetometer.field_data import (
     FIELD_BASE,
-    SMALLEST_NOISE,
     USUAL_FIELD,
     FieldData,
     rescaled,
     with_surroundings,
 )
+from imucal_wizard.estimate.magnetometer.pieces import SMALLEST_NOISE
 from imucal_wizard.estimate.magnetometer.start import CROSS_NAMES
 from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.magnitude import TRIANGLE
@@ -96,6 +96,11 @@ class MagnetometerExperiment(Experiment):
 
     sensor, frame, method = MAGNETOMETER, "own", "orthogonal"
     base_terms, at_rest = FIELD_BASE, False
+    # a drift of the field while no direction comes again passes for bias and soft iron
+    unmeasured_slow_noise = (
+        "slow noise and a drift of the field were not measured, and the standard errors may be too "
+        "small for them"
+    )
     shows_slow_noise = "turn it through the same directions again"
     covariance_entries: tuple[int, ...] = (9, 10, 11, 0, 1, 2, 4, 5, 8)
 

@@ -11,7 +11,13 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
-from imucal_wizard.estimate.magnetometer.pieces import Pieces, cut, piece_noise, visits_of
+from imucal_wizard.estimate.magnetometer.pieces import (
+    SMALLEST_NOISE,
+    Pieces,
+    cut,
+    piece_noise,
+    visits_of,
+)
 from imucal_wizard.estimate.magnetometer.start import FieldModel, FieldStart
 from imucal_wizard.estimate.magnetometer.surroundings import around, flows, recorded, within
 from imucal_wizard.estimate.noise import shrunk
@@ -28,8 +34,6 @@ FIELD_BASE = ("bias", "soft-iron")
 well known that it could be left at its nominal value."""
 USUAL_FIELD = 50.0
 """Field in µT that a usual size of an effect belongs to where nothing tells the field of counts."""
-SMALLEST_NOISE = 1e-7
-"""Of the field; data without any noise keep a weight."""
 WHOLE = 0.01
 """Of a step, by which a whole number of steps may be off: readings are printed with few digits."""
 SPIKE_SIGMAS = 8.0
@@ -143,7 +147,10 @@ def field_data(
     matrix, bias = start.calibration(magnitude)
     used, left_out = _used(start, readings)
     time, values = start.series.time[used], start.series.values[used]
-    pieces = cut(time, values, (values - bias) @ matrix.T, recorded(time, readings))
+    gain = float(np.cbrt(np.linalg.det(matrix)))
+    coarse = float((gain * resolution_of(values)).max() ** 2) / 12.0
+    beside = recorded(time, readings)
+    pieces = cut(time, values, (values - bias) @ matrix.T, beside, coarse)
     magnetic = (pieces.reading - bias) @ matrix.T
     size = np.linalg.norm(magnetic, axis=1)
     single, reading = pieces.scatter(np.linalg.norm((values - bias) @ matrix.T, axis=1), values)

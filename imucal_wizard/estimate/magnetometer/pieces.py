@@ -4,7 +4,8 @@ Samples that follow one another are averaged to pieces of a fifth of a second. A
 along an arc is shorter than the vectors; ``extra`` keeps the difference, so that the magnitude of
 the mean is the mean magnitude. Neighbouring pieces whose direction, current and time differ least
 form a group, which is a row of the fit. A still pose is one group: what the place or the rounding
-does to its readings is the same in all of them.
+does to its readings is the same in all of them. Where the noise changes within a group, it becomes
+two, so that each weighs by its own noise.
 """
 
 import heapq
@@ -21,7 +22,7 @@ from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median
 
 MOST_GROUPS = 120
 """Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects
-as quickly as for a hundred holds."""
+as quickly as for a hundred holds. Changes of the noise make some more."""
 FIELD_PIECE_SECONDS = 0.2
 """Seconds of a piece."""
 MAX_FIELD_PIECES = 3000
@@ -39,6 +40,11 @@ MIN_PIECES_OF_POSE = 3
 POSE_RATE = ONE_POSE_RADIANS * np.sqrt(12.0) / REVISIT_SECONDS
 """Rate of the direction, rad/s, by which a turn of ``REVISIT_SECONDS`` scatters as much as a pose
 that is held."""
+SMALLEST_NOISE = 1e-7
+"""Of the field; data without any noise keep a weight."""
+CHANGED_NOISE = 20.0
+"""Twice the logarithm of the likelihood ratio from which on the noise changes at one of the some
+hundred places in a recording: by chance it is as large in less than one of a hundred of them."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -112,7 +118,13 @@ class Pieces:
         return np.column_stack([self.edges[first, 0], self.edges[last, 1]])
 
 
-def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatArray) -> Pieces:
+def cut(
+    time: FloatArray,
+    reading: FloatArray,
+    field: FloatArray,
+    beside: FloatArray,
+    rounding: float = 0.0,
+) -> Pieces:
     """The pieces and groups of a recording.
 
     Args:
@@ -120,6 +132,7 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
         reading: shape (n, 3).
         field: the same corrected about right, shape (n, 3).
         beside: temperature and current, NaN where unknown, shape (n, 2).
+        rounding: variance of the corrected field by the steps of the readings.
     """
     steps = np.diff(time, prepend=time[0])
     step = max(median(steps[1:]), 1e-6) if len(time) > 1 else 1.0
@@ -133,6 +146,7 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
         return np.asarray((np.add.reduceat(values, starts, axis=0).T / count).T)
 
     means, when, extras = mean(field), mean(time), mean(beside)
+    magnitude = np.linalg.norm(field, axis=1)
     size = np.linalg.norm(means, axis=1)
     unit = means / np.maximum(size, 1e-12)[:, None]
     flowing = _changes(extras[:, 1])
@@ -141,13 +155,16 @@ def cut(time: FloatArray, reading: FloatArray, field: FloatArray, beside: FloatA
     features = np.column_stack([unit, flowing, share])
     offsets = slices(features, count, MOST_GROUPS, alike=3 + flowing.shape[1], fresh=fresh)
     offsets = _without_ends_of_turns(offsets, _held(unit, when, offsets), fresh)
+    least = max(rounding, (SMALLEST_NOISE * float(magnitude.mean())) ** 2)
+    scatter = _scatter(magnitude, np.append(starts, len(time))) + least
+    offsets = _of_one_noise(offsets, scatter, count - 1.0)
     total = np.add.reduceat(unit * count[:, None], offsets[:-1], axis=0)
     return Pieces(
         mean(reading),
         count,
         when,
         extras,
-        mean(np.linalg.norm(field, axis=1)) - size,
+        mean(magnitude) - size,
         offsets,
         np.argmax(total @ DIRECTION_CELLS.T, axis=1).astype(np.int64),
         begins[starts],
@@ -194,6 +211,36 @@ def _without_ends_of_turns(offsets: IntArray, held: list[IntArray], fresh: BoolA
         if bool(len(one)) != bool(len(other)) and not fresh[offsets[group]]:
             edges[group] = one[-1] + 1 if len(one) else other[0]
     return edges
+
+
+def _of_one_noise(offsets: IntArray, variance: FloatArray, freedom: FloatArray) -> IntArray:
+    """First piece of each group and the end, where a group has one noise, shape (k + 1,).
+
+    A group whose pieces before some place scatter otherwise than those from it on is cut there.
+
+    Args:
+        offsets: first piece of each group and the end, shape (k + 1,).
+        variance: of the samples within each piece, shape (p,).
+        freedom: of each, shape (p,).
+    """
+
+    def cost(squares: FloatArray, number: FloatArray) -> FloatArray:
+        return np.asarray(number * np.log(np.maximum(squares, 1e-300) / np.maximum(number, 1.0)))
+
+    squares, number = (np.append(0.0, np.cumsum(one)) for one in (freedom * variance, freedom))
+    while True:
+        first, end = (np.repeat(edge, np.diff(offsets)) for edge in (offsets[:-1], offsets[1:]))
+        place = np.arange(len(variance))
+        before, after, both = (
+            cost(squares[one] - squares[other], number[one] - number[other])
+            for one, other in ((place, first), (end, place), (end, first))
+        )
+        gain = np.where(place > first, both - before - after, 0.0)
+        most = np.repeat(np.maximum.reduceat(gain, offsets[:-1]), np.diff(offsets))
+        found = np.flatnonzero((gain == most) & (gain > CHANGED_NOISE))
+        if not len(found):
+            return offsets
+        offsets = np.union1d(offsets, found)
 
 
 def _scatter(values: FloatArray, starts: IntArray) -> FloatArray:

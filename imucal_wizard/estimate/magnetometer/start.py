@@ -23,7 +23,11 @@ from imucal_wizard.estimate.ellipsoid.surface import (
     orthogonal,
     radius_of,
 )
-from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut, find_disturbances
+from imucal_wizard.estimate.magnetometer.field_disturbances import (
+    LeftOut,
+    find_disturbances,
+    noise_of,
+)
 from imucal_wizard.estimate.methods.algebraic import quadrics
 from imucal_wizard.measurement.field_quality import (
     check_plane,
@@ -147,7 +151,7 @@ def field_start(series: Series) -> FieldStart:
 
 
 def _started(series: Series, cloud: Cloud) -> FieldStart:
-    theta = _robust(cloud, series.values)
+    theta = _robust(cloud, series)
     steps = resolution_of(series.values) / cloud.span
     kept = np.ones(len(series), bool)
     for _ in range(DISTURBANCE_ROUNDS):
@@ -159,12 +163,12 @@ def _started(series: Series, cloud: Cloud) -> FieldStart:
         if not kept.any() or (kept == before).all():
             break
         # what was disturbed no longer pulls, so that its weaker flanks come to light
-        theta = _refined(cloud.points[:, kept], theta, sigma)
+        theta = _refined(cloud.points[:, kept], series.time[kept], theta, sigma)
     if kept.mean() < MIN_UNDISTURBED:
         raise DataError(
             f"{100.0 * (1.0 - kept.mean()):.0f} % of the magnetometer's samples do not agree with "
-            "the others: the field changed while the device turned, or the sensor is far noisier "
-            "at times. Measure again, away from iron, magnets, loudspeakers and currents"
+            "the others: the field changed while the device turned. Measure again, away from iron, "
+            "magnets, loudspeakers and currents"
         )
     check_scatter(float(distance[kept].std()), radius_of(theta), series.values)
     if not kept.all():
@@ -177,18 +181,19 @@ def _started(series: Series, cloud: Cloud) -> FieldStart:
     return FieldStart(series, cloud, theta, kept, left_out, areas, model)
 
 
-def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
+def _robust(cloud: Cloud, series: Series) -> FloatArray:
     """θ that neither disturbed nor saturated samples pull.
 
     Raises:
         DataError: an axis is saturated, the readings are no shell, or no ellipsoid fits.
     """
+    readings = series.values
     stuck = stuck_samples(readings)
-    points = cloud.points
+    points, time = cloud.points, series.time
     if stuck:
         free = ~np.any(list(stuck.values()), axis=0)
         if free.sum() >= MIN_UNDISTURBED * len(free):
-            points = points[:, free]
+            points, time = points[:, free], time[free]
         else:
             # so many at the ends are the few places where the device was, or a range far too small
             _check_many(cloud, free, stuck, resolution_of(readings) / cloud.span)
@@ -202,7 +207,7 @@ def _robust(cloud: Cloud, readings: FloatArray) -> FloatArray:
         check_saturation(stuck, locate(theta, cloud.points)[0], steps)
     check_scatter(sigma, radius_of(theta), readings)
     try:
-        return _refined(points, theta, sigma)
+        return _refined(points, time, theta, sigma)
     except DataError as error:
         raise missing_shell(readings) or error from None
 
@@ -227,15 +232,18 @@ def _check_many(
         check_saturation(stuck, inside, steps)
 
 
-def _refined(points: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
-    """θ by the orthogonal fit to some thousand samples that lie near.
+def _refined(points: FloatArray, time: FloatArray, theta: FloatArray, sigma: float) -> FloatArray:
+    """θ by the orthogonal fit to some thousand samples that lie near, by the noise of each.
 
     Raises:
         DataError: it does not converge.
     """
-    some = points[:, :: max(1, points.shape[1] // REFINED_SAMPLES)]
-    near = np.abs(locate(theta, some)[0]) < 5.0 * max(sigma, EXACT_SPAN)
-    return orthogonal(some[:, near], theta)
+    some = slice(None, None, max(1, points.shape[1] // REFINED_SAMPLES))
+    points, time = points[:, some], time[some]
+    distance = locate(theta, points)[0]
+    noise = noise_of(distance, time, max(sigma, EXACT_SPAN))
+    near = np.abs(distance) < 5.0 * noise
+    return orthogonal(points[:, near], theta, noise[near])
 
 
 def determined_model(directions: FloatArray, areas: NDArray[np.intp]) -> FieldModel:

@@ -53,6 +53,15 @@ def test_slices_are_cut_where_something_changes() -> None:
     np.testing.assert_array_equal(slices(noisy, np.ones(147), 3), [0, 50, 57, 147])
 
 
+@pytest.mark.parametrize(("more", "begins"), [(1.0, [0.0]), (3.0, [0.0, 4.0])])
+def test_a_row_ends_where_the_noise_changes(more: float, begins: list[float]) -> None:
+    """In a rest of ten seconds the noise triples: two rows, each of one noise."""
+    time = np.arange(0.0, 10.0, 1.0 / RATE)
+    noise = 0.1 * np.where(time < 4.0, 1.0, more)[:, None]
+    field = [FIELD, 0.0, 0.0] + noise * np.random.default_rng(3).standard_normal((len(time), 3))
+    np.testing.assert_allclose(pieces_of(time, field).span[:, 0], begins, atol=0.05)
+
+
 def test_a_rest_is_one_group_and_a_change_of_the_current_makes_two() -> None:
     """A minute of rest amid circles: one long group, or one for either current."""
     time, field = tumbling(240.0)
