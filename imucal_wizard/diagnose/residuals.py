@@ -229,7 +229,7 @@ def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, 
     holds. Its columns are turned to the combinations of coefficients that are independent both in
     the prior and in these rows, so that each is held either by the rows or by the prior.
     """
-    columns, precision = table.whitened(table.columns), table.precision.copy()
+    columns, precision = table.whitened(table.columns), np.diag(table.prior).copy()
     for term in terms:
         if not term.effect.free:
             continue

@@ -17,7 +17,6 @@ from imucal_wizard.estimate.accelerometer import (
     PLACES,
     AccelerometerExperiment,
     accelerometer_experiment,
-    principal_steps,
 )
 from imucal_wizard.estimate.gauge import triangular
 from imucal_wizard.estimate.magnitude import (
@@ -32,6 +31,7 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
 from imucal_wizard.model.rows.source import ENTRIES, Parameters

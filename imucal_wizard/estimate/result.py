@@ -78,6 +78,8 @@ class GravityReference:
         gain: m/s² per reading unit of the accelerometer, at its largest.
         gravity: m/s².
         undetermined: how many of the k ways, the last, no pose measured: parameters of usual size.
+        decided: how many of these, the first, are left to the closures of rotations: how a sum of
+            effects that is known is split among them.
         hidden: largest error of ``up`` that an effect does not let readings show, rad, shape (n,);
             empty where there is none. It is a part of ``variance``.
         noise_alone: the same with the errors that measured noise alone makes, where what the
@@ -91,6 +93,7 @@ class GravityReference:
     gain: float
     gravity: float
     undetermined: int = 0
+    decided: int = 0
     hidden: FloatArray = field(default_factory=lambda: np.zeros(0))
     noise_alone: "GravityReference | None" = None
 

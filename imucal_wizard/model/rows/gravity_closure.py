@@ -339,6 +339,7 @@ class GravityClosure(RowSource):
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
+        left_open: how many of these, the first, are left to these rows.
         up: up at the hold before each, where ``before`` is another direction, shape (m, 3).
         basis: two directions across ``after`` and one another, shape (m, 2, 3).
     """
@@ -359,6 +360,7 @@ class GravityClosure(RowSource):
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     usual: int = 0
+    left_open: int = 0
     up: FloatArray | None = None
     basis: FloatArray = field(init=False)
     kind, moving, needs_reference = "rotation", True, True
@@ -426,6 +428,11 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         names = reference_names(self.before_doubt)
         return names[len(names) - self.usual :]
+
+    @property
+    def decided(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return self.undetermined[: self.left_open]
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
