@@ -528,15 +528,18 @@ def test_rotations_show_how_a_sum_is_split() -> None:
     """Each split tilts gravity in its own way, and no split is noise of the gyroscope."""
     report, readings = fitted("cross-product:4:xyz", poses="26", seed=3)
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)
-    fit = said[0].findings.fit
+    bench, turned = said[0].bench, said[1].bench
+    assert bench is not None
+    assert turned is not None
+    fit = bench.fit
     size, error = fit.sizes[0], fit.size_errors[0]
     assert (np.abs(size - np.array([0.0, 0.0, 4.0, *[0.0] * 6])) < 3.5 * error).all()
     assert error.max() < 0.3
-    assert "xyz 4.0" in said[0].says
+    assert "cross-axis product), xyz 4." in said[0].says
     assert "not determined alone" not in said[0].says
     plain = Benches(*fitted(poses="26", seed=3)).bench("gyroscope")
     assert plain is not None
-    floor, held_out = said[1].findings.fit.floor, said[1].findings.fit.rms_held_out
+    floor, held_out = turned.fit.floor, turned.fit.rms_held_out
     assert plain.fit.floor is not None
     assert floor == pytest.approx(plain.fit.floor, rel=0.15)
     assert held_out is not None
