@@ -344,6 +344,10 @@ _ONE_CHANGE = (
     "Nearly the same error during a single slow change: {}. A session with repeated poses, in "
     "which the temperature rises and falls, separates them."
 )
+_SETTLING = (
+    "Exactly the same error while the temperature settles exponentially: {}. A temperature that "
+    "rises and falls again separates them."
+)
 _DISTURBED = (
     "One hold or rotation that differs from all others, because somebody touched the table or the "
     "device was not at rest. It is disturbed if the others agree with one another without it. Do "
@@ -408,14 +412,15 @@ def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> str:
     """The effects of this sensor that ordinary data can hardly separate from this one, or ""."""
     others = [one for one in catalogue if one.name != effect.name and sensor in one.sensors]
     same = [one.name for one in others if one.name in effect.aliases]
+    settling = [one.name for one in others if one.name in effect.aliases_while_settling]
     near = [
         one.name
         for one in others
-        if effect.family and one.family == effect.family and one.name not in same
+        if effect.family and one.family == effect.family and one.name not in (*same, *settling)
     ]
     alike = _ALIKE.get(sensor, _ONE_SPEED)
     alike = _ONE_CHANGE if effect.kind == "time" else alike
-    found = ((_ALIASES, same), (alike, near))
+    found = ((_ALIASES, same), (_SETTLING, settling), (alike, near))
     return " ".join(words.format(", ".join(names)) for words, names in found if names)
 
 

@@ -32,7 +32,7 @@ from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
-from imucal_wizard.model.lesson import cost_of_ignoring
+from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from imucal_wizard.report.text import errors_text
@@ -544,6 +544,20 @@ def test_rotations_show_how_a_sum_is_split() -> None:
     assert floor == pytest.approx(plain.fit.floor, rel=0.15)
     assert held_out is not None
     assert held_out < 1.2 * plain.fit.floor
+
+
+def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
+    """While the temperature settles exponentially, its slope is the temperature but for a factor.
+
+    The steps of the thermometer decide for neither.
+    """
+    bench = Benches(*fitted("bias-temperature:2:x", poses="26", seed=5)).accelerometer
+    opinion = bench.look().opinion
+    assert opinion.verdict is Verdict.AMBIGUOUS
+    assert {"bias-temperature", "thermal-lag"} <= {*opinion.terms[0]}
+    words = lesson(effect("thermal-lag"), "accelerometer", bench.catalogue).alike
+    assert "Exactly the same error while the temperature settles exponentially" in words
+    assert "rises and falls" in words
 
 
 @pytest.mark.parametrize("name", ["odd-quadratic", "axis-delay"])
