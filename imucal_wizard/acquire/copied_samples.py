@@ -102,7 +102,7 @@ def _chance(number: IntArray, block: Copy) -> float:
     count = len(changed)
     times = np.unique(changed, return_counts=True)[1]
     equal = float((times * (times - 1)).sum()) / max(count * (count - 1), 1)
-    return 2.0 * np.log(len(number)) + count * np.log(max(equal, 1.0 / max(count, 1)))
+    return float(2.0 * np.log(len(number)) + count * np.log(max(equal, 1.0 / max(count, 1))))
 
 
 def copies_note(time: FloatArray, blocks: Sequence[Copy]) -> str:
