@@ -6,6 +6,7 @@ hardly flickers: with n samples, and c of them in the block that differ from the
 which equals another with the probability q, some block is its own copy with less than ``n² qᶜ``.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,6 +35,8 @@ class Copy:
 def copies(values: FloatArray) -> list[Copy]:
     """The blocks of samples that are exact copies of the block before them, in order.
 
+    None where a block follows more than twice: a device without noise sends the same again.
+
     Args:
         values: of all sensors that are read together, shape (n, k).
     """
@@ -48,7 +51,9 @@ def copies(values: FloatArray) -> list[Copy]:
         block = _block(rows, start, lag)
         if block is not None and _chance(number, block) < np.log(MAX_CHANCE):
             found.append(block)
-    return found
+    ends = ((one.first + one.size, two.first) for one, two in itertools.pairwise(found))
+    sent = any(begin <= end for end, begin in ends)
+    return [] if sent else found
 
 
 def _hashed(rows: FloatArray) -> IntArray:

@@ -39,6 +39,11 @@ def test_a_block_that_occurs_again_later_is_no_copy() -> None:
     assert copies(np.concatenate([values[:2000], values[1900:]])) == [Copy(2000, 100)]
 
 
+def test_a_pattern_that_goes_on_is_what_the_device_sends() -> None:
+    """As a machine without noise does, or a test of the wiring."""
+    assert copies(np.tile(flickering(50, 4, 0.01), (6, 1))) == []
+
+
 def test_a_recording_says_which_samples_are_left_out(tmp_path: Path) -> None:
     """With their times, and what is not known for it."""
     values = flickering(1000, 3, 0.01) + np.array([0.0, 0.0, 9.8, 0.0, 0.0, 0.0])
