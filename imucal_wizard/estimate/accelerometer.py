@@ -265,8 +265,16 @@ class AccelerometerExperiment(Experiment):
     def left_nominal(self, found: Minimum[Experiment]) -> FloatArray:
         """See ``Experiment``: angles and scales that the poses do not determine."""
         del found
+        return self.left_by(self.identified.places)
+
+    def left_by(self, places: Sequence[int]) -> FloatArray:
+        """Errors of usual size in what is not fitted, shape (12, k).
+
+        Args:
+            places: which of b and M's xx, xy, xz, yy, yz, zz are fitted.
+        """
         entry_of = np.array(ENTRY_OF)
-        left = [place for place in range(len(entry_of)) if place not in self.identified.places]
+        left = [place for place in range(len(entry_of)) if place not in places]
         return np.asarray(np.eye(ENTRIES)[:, entry_of[left]] * TYPICAL_SIZE[left] * self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:

@@ -258,34 +258,51 @@ class Minimum(Generic[E_co]):
 
     @cached_property
     def _nominal_columns(self) -> FloatArray:
-        """Change of each independent row by what stays nominal, each of usual size, (n, 2 k).
-
-        Of first order, then of second order: an axis that is off by 1° is longer by 0.15 ‰ along
-        its nominal direction, which good poses show.
-        """
+        """Change of each independent row by what stays nominal, see ``nominal_columns``."""
         if not self._left_nominal.shape[1]:
             return np.zeros((len(self.system.residual), 0))
-        base = np.concatenate([rows.base_columns() for rows in self.rows])
-        first, second = base @ self._left_nominal, []
         # effects that are only tried have no sizes yet
         tried = np.zeros(len(self.terms) - len(self.calibration.sizes))
         here = replace(self.calibration, sizes=np.append(self.calibration.sizes, tried))
-        size, shared = np.zeros(len(self.terms)), np.zeros(len(here.shared))
-        now = self._residual_at(here)
-        for step in self._left_nominal.T:
-            ends = [here.moved(sign * step, size, shared) for sign in (1.0, -1.0)]
-            second.append(0.5 * sum(self._residual_at(end) - now for end in ends))
-        both = np.column_stack([first, *(RMS_OF_SQUARE * one for one in second)])
-        return self.independent.rows(both)
-
-    def _residual_at(self, calibration: Parameters) -> FloatArray:
-        rows = (source.at(calibration, self.terms) for source in self.experiment.sources)
-        return np.concatenate([one.residual for one in rows])
+        args = self.experiment, self.rows, here, self.terms, self._left_nominal
+        return self.independent.rows(nominal_columns(*args))
 
     def pull(self) -> FloatArray:
         """By how much an error of each independent row moves each parameter, shape (p, n)."""
         weighted = self.system.columns / self.balance.variance[:, None]
         return np.asarray(-self.balance.covariance @ weighted.T)
+
+
+def nominal_columns(
+    experiment: Experiment,
+    rows: Sequence[Rows],
+    here: Parameters,
+    terms: Terms,
+    left: FloatArray,
+) -> FloatArray:
+    """Change of each measured row by errors in what stays nominal, shape (n, 2 k).
+
+    Of first order, then of second order: an axis that is off by 1° is longer by 0.15 ‰ along its
+    nominal direction, which good poses show.
+
+    Args:
+        experiment: the rows' own.
+        rows: of each source at these parameters.
+        here: the parameters.
+        terms: the effects.
+        left: errors of usual size, shape (12, k).
+    """
+
+    def residual_at(calibration: Parameters) -> FloatArray:
+        return np.concatenate([one.at(calibration, terms).residual for one in experiment.sources])
+
+    first = np.concatenate([one.base_columns() for one in rows]) @ left
+    size, shared, now = np.zeros(len(terms)), np.zeros(len(here.shared)), residual_at(here)
+    second = []
+    for step in left.T:
+        ends = [here.moved(sign * step, size, shared) for sign in (1.0, -1.0)]
+        second.append(0.5 * sum(residual_at(end) - now for end in ends))
+    return np.column_stack([first, *(RMS_OF_SQUARE * one for one in second)])
 
 
 def fit(

@@ -22,7 +22,7 @@ from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from imucal_wizard.model.rows.table import ResidualTable
 
 
+ANGLES_OF_TRIANGLE = [4, 5, 7]
+"""Places of M's xy, xz, yz among the biases and the entries of a triangular M."""
 NORMAL_95 = 1.96
 """Standard deviations within which a normal error lies 95 times in 100."""
 MIN_SINGLE_AXIS_ERROR = 0.001
@@ -246,7 +248,7 @@ class SensorFit:
         covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
             yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
             (gyroscope). An entry that stays nominal has its usual size, with what it does to those
-            fitted; that of a method of the papers, none.
+            fitted; that of a magnetometer by a method of the papers, none.
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         validation: the error of each of them, in ``unit``; empty without any.
@@ -367,7 +369,11 @@ class SensorFit:
     def fitted_entries(self) -> BoolArray:
         """Which of the numbers of ``covariance`` are fitted and not nominal, shape (n,)."""
         if self.minimum is None:
-            return np.asarray(np.diag(np.asarray(self.covariance)) > 0.0)
+            known = np.diag(np.asarray(self.covariance)) > 0.0
+            # a method fits all angles of an accelerometer or none
+            angles = ANGLES_OF_TRIANGLE if self.sensor == ACCELEROMETER else []
+            known[angles] &= "non-orthogonality" in self.model
+            return np.asarray(known)
         entries = list(self.minimum.experiment.covariance_entries)
         return np.asarray(self.minimum.directions.columns[entries].any(axis=1))
 
