@@ -10,6 +10,7 @@ import itertools
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, IntArray
@@ -56,11 +57,18 @@ def copies(values: FloatArray) -> list[Copy]:
     return [] if sent else found
 
 
+def _factors(count: int) -> NDArray[np.uint64]:
+    """Odd numbers without a pattern, by repeated products of one (Knuth's generator)."""
+    step, found = 6364136223846793005, [1442695040888963407]
+    while len(found) < count:
+        found.append((found[-1] * step + 1442695040888963407) % 2**64)
+    return np.array(found, np.uint64) | np.uint64(1)
+
+
 def _hashed(rows: FloatArray) -> IntArray:
     """A number of each row, the same for equal rows."""
     bits = rows.view(np.int64).astype(np.uint64)
-    factors = np.random.default_rng(0).integers(1, 2**63, rows.shape[1], np.uint64)
-    mixed = (bits ^ (bits >> np.uint64(29))) * (factors | np.uint64(1))
+    mixed = (bits ^ (bits >> np.uint64(29))) * _factors(rows.shape[1])
     return np.asarray((mixed ^ (mixed >> np.uint64(32))).sum(axis=1).view(np.int64))
 
 
@@ -69,9 +77,8 @@ def _equal_windows(number: IntArray) -> list[tuple[int, int]]:
     count = len(number) - WINDOW + 1
     if count < 2:
         return []
-    factors = np.random.default_rng(1).integers(1, 2**63, WINDOW, np.uint64) | np.uint64(1)
     whole = np.zeros(count, np.uint64)
-    for place, factor in enumerate(factors):
+    for place, factor in enumerate(_factors(WINDOW)):
         whole += (number[place : place + count].astype(np.uint64) + np.uint64(1)) * factor
     order = np.argsort(whole, kind="stable")
     same = np.flatnonzero(whole[order][1:] == whole[order][:-1])

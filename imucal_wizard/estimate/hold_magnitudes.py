@@ -157,6 +157,8 @@ class HoldMagnitudes:
             whole = np.zeros((ENTRIES, ENTRIES))
             whole[np.ix_(ENTRY_OF, ENTRY_OF)] = variance * pull @ pull.T
             modes = self._nominal_modes(rows, Parameters(matrix, bias), pull)
+            if found.each_axis_alone:
+                modes = modes[:, : modes.shape[1] // 2]
             with_nominal = whole + modes @ modes.T
             covariance = with_nominal[np.ix_(ENTRY_OF, ENTRY_OF)]
 
