@@ -20,7 +20,7 @@ MAX_CHANCE = 1e-6
 """Probability, for a whole recording, below which a copy is no chance."""
 WINDOW = 16
 """Changing samples that are compared at a time: fewer are chance at any rate."""
-MAX_PAIRS = 1000
+MAX_EQUAL_WINDOWS = 1000
 """Equal windows that are looked at: a machine that repeats its motion without noise makes as many
 as there are samples."""
 
@@ -84,7 +84,7 @@ def _equal_windows(number: IntArray) -> list[tuple[int, int]]:
     same = np.flatnonzero(whole[order][1:] == whole[order][:-1])
     pairs = np.stack([order[same], order[same + 1]], axis=1)
     # of a block that is there twice, the first of its windows
-    pairs = pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))][:MAX_PAIRS]
+    pairs = pairs[np.lexsort((pairs[:, 0], pairs[:, 1]))][:MAX_EQUAL_WINDOWS]
     return [(int(one), int(two)) for one, two in pairs]
 
 

@@ -22,7 +22,7 @@ from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.terms import Term, Terms, corrected
 
 if TYPE_CHECKING:
@@ -370,9 +370,9 @@ class SensorFit:
         """Which of the numbers of ``covariance`` are fitted and not nominal, shape (n,)."""
         if self.minimum is None:
             known = np.diag(np.asarray(self.covariance)) > 0.0
-            # a method fits all angles of an accelerometer or none
-            angles = ANGLES_OF_TRIANGLE if self.sensor == ACCELEROMETER else []
-            known[angles] &= "non-orthogonality" in self.model
+            # a method fits all angles of a triangular M or none
+            if not all(one.carried for one in self.parameters if one.name.startswith("theta")):
+                known[ANGLES_OF_TRIANGLE] = False
             return np.asarray(known)
         entries = list(self.minimum.experiment.covariance_entries)
         return np.asarray(self.minimum.directions.columns[entries].any(axis=1))
