@@ -38,6 +38,7 @@ from imucal_wizard.estimate.fit import (
     VALLEY,
     fit,
     refined_minimum,
+    report,
     residual_table,
     with_effects,
 )
@@ -325,6 +326,7 @@ class Bench:
             if lack.ratio > MAX_LINEAR and not opinion.one_effect:
                 judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
                 opinion = judge_misfit(*judged, hearing, lack)
+            suspects = _with_splits(suspects, opinion.heard)
             opinion = self._if_between_poses(self._if_confirmed(opinion, suspects))
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
@@ -419,7 +421,14 @@ class Bench:
                 whole = len(added) == len(names)
                 said[names] = self._said(referee, added) if whole else None
         heard = {names: one for names in explanations if (one := said[names]) is not None}
-        return Hearing(referee.now, heard) if heard else None
+        return Hearing(self._now(referee), heard) if heard else None
+
+    def _now(self, referee: Referee) -> Testimony:
+        """What the gyroscope says of the present model, as of all others: by its own rows alone."""
+        found = self.fit.minimum
+        if found is None or not len(found.system.away):
+            return referee.now
+        return referee.hear(fit(self.measured, self.fit.terms, self.fit.base))
 
     def _said(self, referee: Referee, added: Sequence[Candidate]) -> Testimony | None:
         """What the gyroscope says of the model with these effects; None where nothing."""
@@ -644,7 +653,19 @@ class Bench:
         columns = found.independent.rows(self.rows.design_columns(added))
         return unlikeliness(with_effects(found, added, columns))
 
+    def _split(self, found: SensorFit) -> SensorFit:
+        """The fit with what the gyroscope shows of what its own rows leave open of its effects."""
+        reference = found.reference
+        if reference is None or not reference.decided or self.referee is None:
+            return found
+        referee = self.referee()
+        split = None if referee is None else referee.hear(found).split
+        if split is None:
+            return found
+        return report(refined_minimum(self.measured, found.terms, found.base, split=split))
+
     def _climb(self, found: SensorFit, added: str | None) -> Rung:
+        found = self._split(found)
         left = whitened_residuals(found, ())
         wider = with_random_walk(found, left)
         self._fits.append(wider)
@@ -653,6 +674,15 @@ class Bench:
             self.ladder[-1] = replace(self.ladder[-1], confirmed=self.confirmed())
         self._findings = None
         return self.ladder[-1]
+
+
+def _with_splits(suspects: tuple[Suspect, ...], heard: Hearing | None) -> tuple[Suspect, ...]:
+    """The suspects with what the gyroscope has said of how their sums are split."""
+    said = {} if heard is None else heard.with_terms
+    return tuple(
+        one if (own := said.get((one.term,))) is None else replace(one, split=own.split)
+        for one in suspects
+    )
 
 
 NOTHING_MISSING = "nothing is missing"

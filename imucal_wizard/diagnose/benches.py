@@ -145,10 +145,11 @@ class Benches:
             bench = Bench(sensor, measured, base, self._own, rounding, fit if same else None)
             if bench.fit.reference is not None:
                 bench.referee = self._referee
-            if sensor in self._benches:
-                before = self._benches[sensor]
-                bench.retrace(before.changes, before.catalogue)
+            before = self._benches.get(sensor)
+            # known before its changes are made: the gyroscope, which is asked of them, rests on it
             self._benches[sensor], self._made[sensor] = bench, under
+            if before is not None:
+                bench.retrace(before.changes, before.catalogue)
         return self._benches[sensor]
 
     def _experiment(self, sensor: str) -> Experiment:

@@ -20,7 +20,6 @@ from imucal_wizard.estimate.accelerometer import (
     BASE,
     ENTRY_OF,
     AccelerometerExperiment,
-    principal_steps,
 )
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum
@@ -32,6 +31,7 @@ from imucal_wizard.estimate.rate_table import RateTableExperiment
 from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.estimate.table_steps import TableData
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, Circumstances

@@ -22,10 +22,10 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor
-from imucal_wizard.estimate.accelerometer import principal_steps
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.experiment import Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.model.rows.source import ENTRIES
 
 UNEXPLAINED_P = 0.01

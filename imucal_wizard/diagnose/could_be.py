@@ -243,7 +243,7 @@ class Elsewhere:
         ]
         base[:, : own[0].shape[1]] = np.concatenate(own)
         white = table.whitened(table.columns)
-        normal = white.T @ white + np.diag(table.precision)
+        normal = white.T @ white + table.prior
         self.absorbed = np.asarray(-base @ inverted(normal) @ white.T)
         self.unseen = np.zeros(len(base))
         covariance = None if fit.minimum is None else experiment.unseen(fit.minimum)

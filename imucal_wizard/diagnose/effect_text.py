@@ -28,6 +28,8 @@ their plain sum or difference is as good."""
 MAX_ERROR_TOGETHER = 0.5
 """Standard error of a sum of sizes over the smallest of theirs, up to which only the sum is known;
 independent sizes have a sum that is less certain than each."""
+DRAWN_SIZES = 200
+"""Sizes drawn from what the data allow, of which the middle 90 % are told as costs."""
 MIN_UNCERTAINTY_TOLD = 1.4
 """Upper end of the 90 % interval of a size over the size, or the size over its lower end, from
 which on the interval is told: below it, two of three sizes are right within 20 %."""
@@ -62,11 +64,11 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
     largest_one = int(np.abs(sizes[0]).argmax())
     known = np.abs(sizes[0][largest_one]) >= MIN_SIZE_IN_ERRORS * sizes[1][largest_one]
-    likeliest = "" if known or effect.free else " with the likeliest sizes; these data allow others"
+    drawn = None if known or effect.free else sizes[2]
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
         f"{word}: {title}, {sizes_text(effect, bench.sensor, *sizes)}.",
-        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0])}{likeliest}.",
+        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0], drawn)}.",
     ]
 
 
@@ -207,9 +209,24 @@ def _told(size: float, interval: tuple[float, float] | None, unit: str) -> str:
     return f"about {text} ({low} to {high})"
 
 
-def _price(effect: Effect, sensor: str, sizes: FloatArray) -> str:
-    when = session_words(effect)
-    return f"{cost_of_ignoring(effect, sensor, sizes).words()}{f' {when}' if when else ''}"
+def _price(
+    effect: Effect, sensor: str, sizes: FloatArray, covariance: FloatArray | None = None
+) -> str:
+    """The cost of ignoring an effect.
+
+    Args:
+        effect: the effect.
+        sensor: whose.
+        sizes: the likeliest, shown unit, shape (p,).
+        covariance: of the sizes where the data allow clearly different ones, shape (p, p).
+    """
+    when, cost = session_words(effect), cost_of_ignoring(effect, sensor, sizes)
+    words = cost.words()
+    if covariance is not None:
+        rng = np.random.default_rng(0)
+        drawn = rng.multivariate_normal(sizes, covariance, DRAWN_SIZES, method="eigh")
+        words = cost.words(among=[cost_of_ignoring(effect, sensor, one) for one in drawn])
+    return f"{words}{f' {when}' if when else ''}"
 
 
 def difference_at_one_g(first: Explained, second: Explained) -> float:

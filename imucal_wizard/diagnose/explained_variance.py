@@ -16,10 +16,16 @@ from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_ax
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.diagnose.unknown_structure import WAVES
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
+from imucal_wizard.model.effect import Effect
 
 MAX_SHARE_UNLIKE = 0.03
 """Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
 that are most alike without being aliases at 1 g leave 0.12 (√(1 − 0.992²))."""
+
+MAX_SHARE_UNLIKE_SETTLING = 0.05
+"""The same of effects that are aliases while the temperature settles exponentially: by so much the
+slope of a temperature that rises by 4 °C differs from it where a thermometer has steps of a
+sixteenth of a degree (0.034)."""
 
 
 class ExplainedVariance:
@@ -98,7 +104,18 @@ class ExplainedVariance:
 
         A pattern of one parameter is the plainer explanation, but these poses do not decide for it.
         """
-        own = [one for one in self._misfit.candidates if one.term == first]
+        return self._alike(first, self._effect(first).aliases, MAX_SHARE_UNLIKE)
+
+    def aliases_while_settling(self, first: str) -> list[str]:
+        """The same of effects that are aliases where the temperature has settled exponentially."""
+        names = self._effect(first).aliases_while_settling
+        return self._alike(first, names, MAX_SHARE_UNLIKE_SETTLING)
+
+    def _effect(self, name: str) -> Effect:
+        return next(one.effect for one in self._misfit.candidates if one.term == name)
+
+    def _alike(self, first: str, names: tuple[str, ...], most: float) -> list[str]:
+        """Those of some effects that leave no more than a share of what an effect takes away."""
         named = [
             (share, one)
             for one, share in zip(self._hypotheses.single, self._posterior.single, strict=True)
@@ -107,11 +124,11 @@ class ExplainedVariance:
         inside = _span(max(named, key=lambda each: each[0])[1].patterns)
         taken = inside @ (inside.T @ self.coordinates)
         found = []
-        for name in own[0].effect.aliases:
+        for name in names:
             each = [one for one in self._misfit.candidates if one.term == name]
             spans = [_span(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each]
             left = [float(np.linalg.norm(taken - span @ (span.T @ taken))) for span in spans]
-            if min(left, default=np.inf) < MAX_SHARE_UNLIKE * float(np.linalg.norm(taken)):
+            if min(left, default=np.inf) < most * float(np.linalg.norm(taken)):
                 found.append(name)
         return found
 

@@ -179,7 +179,7 @@ def rotation_patterns(
     """
     table = fit.rows
     assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
-    held, white = np.diag(np.sqrt(table.precision)), table.variance**-0.5
+    held, white = np.diag(np.sqrt(np.diag(table.prior))), table.variance**-0.5
     one, two = ([Term(each.effect, each.variant)] for each in (first, second))
     own, other = table.design_columns(one) @ first.size[:, None], table.design_columns(two)
     own, other = (table.independent.scaled(white, columns) for columns in (own, other))

@@ -185,7 +185,7 @@ def with_random_walk(fit: SensorFit, misfit: WhitenedResiduals) -> SensorFit:
         return fit
     table = fit.rows
     white = table.independent.scaled(table.variance**-0.5, table.columns)
-    normal = white.T @ white + np.diag(table.precision)
+    normal = white.T @ white + table.prior
     places = [table.names.index(name) for name in names]
     estimate = np.linalg.pinv(normal, hermitian=True)[places] @ white.T
     estimate = table.independent.scaled(np.sqrt(table.noise / table.variance), estimate.T).T

@@ -18,6 +18,9 @@ columns B of the free parameters and
 ``V = D + F Fᵀ`` the variance of the rows by noise, doubts and effect,
 
     2 ln p = −ln |V| − ln |Bᵀ V⁻¹ B| − rᵀ (V⁻¹ − V⁻¹ B (Bᵀ V⁻¹ B)⁻¹ Bᵀ V⁻¹) r
+
+The same average gives the posterior of what the accelerometer's rows leave open of its effects
+(``estimate.split``).
 """
 
 import itertools
@@ -25,15 +28,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, under_reference
+from imucal_wizard.estimate.fit import Minimum, split_by, under_reference
 from imucal_wizard.estimate.held_out import rms_held_out
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.split import Opened, Split
 from imucal_wizard.model.terms import Term
 
 _SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
@@ -42,6 +46,8 @@ MAX_CLOSURE_SCATTER = 1.5
 """Scatter of closures over their measured noise above which something is missing ..."""
 SURE_OF_SCATTER = 0.99
 """... if this is so with that probability."""
+MIN_SHARE_HEARD = 1e-3
+"""Share of the probability below which an effect of the gyroscope does not count for a split."""
 MIN_LOG_FACTOR = float(np.log(100.0))
 """Logarithm of the factor by which a true explanation is less likely than a wrong one in at most
 one recording of a hundred (Markov's inequality)."""
@@ -56,11 +62,14 @@ class Testimony:
             can be left out.
         log_evidence: logarithm of the marginal likelihood of its rows.
         scattered: probability that its closures scatter by far more than their noise.
+        split: what they show of what the accelerometer's rows leave open of its effects; None where
+            nothing is open.
     """
 
     closure: float | None
     log_evidence: float
     scattered: float = 0.0
+    split: Split | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,11 +129,13 @@ class Referee:
         self.now = self._testimony(self._found)
 
     def hear(self, accelerometer: SensorFit) -> Testimony:
-        """What the gyroscope says of a fit of the accelerometer."""
+        """What the gyroscope says of a fit of the accelerometer by its own rows."""
         experiment = self._found.experiment.under(accelerometer.reference, None)
-        return self._testimony(under_reference(self._found, experiment))
+        return self._testimony(under_reference(self._found, experiment), accelerometer.minimum)
 
-    def _testimony(self, found: Minimum[Experiment]) -> Testimony:
+    def _testimony(
+        self, found: Minimum[Experiment], heard: Minimum[Experiment] | None = None
+    ) -> Testimony:
         # evaluated anew: under another reference a closure may be measured along other directions
         terms = [Term(one.effect, one.variant) for one in self._effects]
         columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
@@ -132,14 +143,66 @@ class Referee:
         ends = np.cumsum([0, *(len(one.typical) for one in self._effects)])
         own = found.independent.rows(columns)
         effects = [own[:, first:past] for first, past in itertools.pairwise(ends.tolist())]
-        each = evidence_by_scatter(found, effects)
+        every = evidence_by_scatter(found, effects)
+        each = np.array([one.whole for one in every])
         whole = float(np.logaddexp.reduce(each))
         scattered = float(np.exp(each[SIGMAS > MAX_CLOSURE_SCATTER] - whole).sum())
-        return Testimony(rms_held_out(found), whole, scattered)
+        said = None if heard is None else _opened(found, every)
+        split = None if heard is None or said is None else split_by(heard, said)
+        return Testimony(rms_held_out(found), whole, scattered, split)
 
 
-def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> FloatArray:
-    """Logarithm of the marginal likelihood of a gyroscope's rows with each σ, shape (σ,).
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """A gyroscope's rows with one σ.
+
+    Attributes:
+        each: logarithm of the marginal likelihood with each effect in each size, none first, (k,).
+        products: of the rows by the doubts, the residual and the effects, what is free taken out.
+        places: of the effect among these, and its variance over the usual one, of each of the k.
+    """
+
+    each: FloatArray
+    products: FloatArray
+    places: tuple[tuple[IntArray, float], ...]
+
+    @property
+    def whole(self) -> float:
+        """Logarithm of the marginal likelihood, the effects averaged over."""
+        return float(np.logaddexp.reduce(self.each))
+
+
+def _opened(found: Minimum[Experiment], every: Sequence[Scatter]) -> Opened | None:
+    """What is open of the accelerometer's effects, by a gyroscope's rows; None where nothing is."""
+    decided = {name for source in found.experiment.sources for name in source.decided}
+    if not decided:
+        return None
+    known = found.system.precision > 0.0
+    names = [""] * found.sizes.stop + found.shared
+    count = int(known.sum())
+    wanted = [k for k, place in enumerate(np.flatnonzero(known)) if names[place] in decided]
+    log = np.concatenate([one.each for one in every])
+    shares = np.exp(log - np.logaddexp.reduce(log))
+    cases = [(one.products, *place) for one in every for place in one.places]
+    means, covariances, weights = [], [], []
+    for share, (products, places, variance) in zip(shares, cases, strict=True):
+        if share < MIN_SHARE_HEARD:
+            continue
+        chosen = np.concatenate([np.arange(count), places])
+        prior = np.repeat([1.0, 1.0 / variance], [count, len(places)])
+        inverse = np.linalg.inv(products[np.ix_(chosen, chosen)] + np.diag(prior))
+        means.append(-(inverse @ products[chosen, count])[wanted])
+        covariances.append(inverse[np.ix_(wanted, wanted)])
+        weights.append(share)
+    share = np.array(weights) / np.sum(weights)
+    mean = share @ np.array(means)
+    apart = np.array(means) - mean
+    within = np.einsum("k,kij->ij", share, np.array(covariances))
+    return Opened(mean, within + (share[:, None] * apart).T @ apart)
+
+
+def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> list[Scatter]:
+    """Marginal likelihood of a gyroscope's rows with each σ.
 
     Args:
         found: its fit under some reference.
@@ -166,6 +229,7 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
         taken = np.linalg.solve(lower, products[:count, count:])
         left = products[count:, count:] - taken.T @ taken
         gains = [np.log(1.0 - _SHARE_OF_EFFECTS)]
+        cases = [(np.zeros(0, np.int64), 1.0)]
         for places in np.split(np.arange(1, len(left)), ends) if effects else ():
             strength, vectors = np.linalg.eigh(left[np.ix_(places, places)])
             squares = (left[0, places] @ vectors) ** 2
@@ -173,5 +237,7 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
             growth = squares * np.array(SPREADS)[:, None] ** 2 / (1.0 + ratio) - np.log1p(ratio)
             often = np.log(_SHARE_OF_EFFECTS / len(effects) * np.array(SPREAD_SHARES))
             gains += (often + 0.5 * growth.sum(axis=1)).tolist()
-        total.append(prior - volume - 0.5 * left[0, 0] + np.logaddexp.reduce(gains))
-    return np.array(total)
+            cases += [(count + places, spread**2) for spread in SPREADS]
+        log = prior - volume - 0.5 * left[0, 0] + np.array(gains)
+        total.append(Scatter(log, products, tuple(cases)))
+    return total

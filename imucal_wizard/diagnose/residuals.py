@@ -237,7 +237,7 @@ def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, 
     holds. Its columns are turned to the combinations of coefficients that are independent both in
     the prior and in these rows, so that each is held either by the rows or by the prior.
     """
-    columns, precision = table.whitened(table.columns), table.precision.copy()
+    columns, precision = table.whitened(table.columns), np.diag(table.prior).copy()
     for term in terms:
         if not term.effect.free:
             continue
@@ -257,7 +257,7 @@ def _beyond_bounds(found: Minimum[Experiment], table: ResidualTable) -> list[int
     value, bounded = found.system.value[~found.slow], set()
     for source in found.experiment.sources:
         bounded |= set(source.bounded)
-    usual = np.sqrt(np.maximum(table.precision, np.finfo(float).tiny))
+    usual = np.sqrt(np.maximum(np.diag(table.prior), np.finfo(float).tiny))
     sigma = np.sqrt(np.diag(found.balance.covariance)[~found.slow])
     large = usual * (np.abs(value) - MAX_DOUBTS * sigma) > MAX_BOUNDED
     return [k for k, name in enumerate(table.names) if large[k] and name in bounded]

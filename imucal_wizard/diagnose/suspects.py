@@ -5,6 +5,7 @@ arrived (``estimate.fit.with_effects``): the same variance components, priors an
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,13 +19,14 @@ from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, with_split
 from imucal_wizard.estimate.held_out import (
     errors_held_out,
     items_of,
     rms_fitted,
     rms_in_noise,
 )
+from imucal_wizard.estimate.split import Split
 from imucal_wizard.model.terms import Term, Terms
 
 MIN_SIZE_IN_ERRORS = 3.0
@@ -61,7 +63,7 @@ class EffectTrial:
         """Of the sizes, shape (p, p)."""
         found, own = self.found, self._own
         pull, prior = found.pull()[own], found.balance.covariance[own]
-        by_all = pull @ self.noise @ pull.T + (prior * found.balance.precision) @ prior.T
+        by_all = pull @ self.noise @ pull.T + prior @ found.balance.prior @ prior.T
         terms = [Term(one.effect, one.variant) for one in self.candidates]
         return Terms(found.experiment.sensor, terms).within_gauge(by_all)
 
@@ -130,6 +132,7 @@ class Suspect:
         like: terms with nearly the same pattern here; a large size may separate them all the same.
         detectability: the sizes that show in such data, and what noise alone makes of suspects.
         hold: index of the hold accused, for a disturbed one.
+        split: what another sensor shows of a model with it.
     """
 
     term: str
@@ -140,6 +143,7 @@ class Suspect:
     like: tuple[str, ...]
     detectability: Detectability
     hold: int | None = None
+    split: Split | None = None
 
     @cached_property
     def trial(self) -> EffectTrial | None:
@@ -147,6 +151,13 @@ class Suspect:
 
         None for a disturbed hold.
         """
+        tried = self._tried
+        if tried is None or self.split is None:
+            return tried
+        return replace(tried, found=with_split(tried.found, self.split))
+
+    @property
+    def _tried(self) -> EffectTrial | None:
         first = self.likeliest
         if first is None:
             return None

@@ -535,7 +535,8 @@ def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
 def _with_aliases(members: Terms, best: ExplainedVariance, heard: Hearing | None) -> Terms:
     """The members, and what makes exactly the same as the first of them at these poses.
 
-    Unless another sensor decides against it.
+    Unless another sensor decides against it. Courses of a bias that are one and the same course
+    tilt gravity alike, and no sensor decides between them.
     """
     spoken = {} if heard is None or heard.lacks_all else heard.with_terms
     found = list(members)
@@ -547,4 +548,5 @@ def _with_aliases(members: Terms, best: ExplainedVariance, heard: Hearing | None
             refuted = against > -np.log(1.0 - MIN_MEMBER_PROBABILITY)
         if alias not in members and not refuted:
             found.append(alias)
-    return tuple(found)
+    settling = best.aliases_while_settling(members[0])
+    return (*found, *(one for one in settling if one not in found))

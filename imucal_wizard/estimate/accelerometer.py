@@ -25,6 +25,7 @@ from imucal_wizard.estimate.slow_noise import (
     spans_of,
 )
 from imucal_wizard.estimate.slow_rests import long_rest
+from imucal_wizard.estimate.split import steps_by_rows
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
 from imucal_wizard.measurement.holds import Hold
@@ -59,8 +60,6 @@ FIRST_NOISE = 1e-5
 """Of gravity; the first fit ends when its steps are small against it."""
 FLAT = 0.02
 """Extent of the readings in one direction, relative to the largest, that is none: 1° of tilt."""
-NEGLIGIBLE_DOUBT = 1e-12
-"""Share of the largest variance below which an error of the calibration is rounding."""
 
 
 class AccelerometerExperiment(Experiment):
@@ -228,7 +227,7 @@ class AccelerometerExperiment(Experiment):
         if slow is None:
             return None
         by_errors = slow.covariance([fitted])
-        by_priors = (balance.covariance * balance.precision) @ balance.covariance
+        by_priors = balance.covariance @ balance.prior @ balance.covariance
         return np.asarray(by_errors + basis @ by_priors[free, free] @ basis.T)
 
     def foreseen(
@@ -266,22 +265,33 @@ class AccelerometerExperiment(Experiment):
     def left_nominal(self, found: Minimum[Experiment]) -> FloatArray:
         """See ``Experiment``: angles and scales that the poses do not determine."""
         del found
+        return self.left_by(self.identified.places)
+
+    def left_by(self, places: Sequence[int]) -> FloatArray:
+        """Errors of usual size in what is not fitted, shape (12, k).
+
+        Args:
+            places: which of b and M's xx, xy, xz, yy, yz, zz are fitted.
+        """
         entry_of = np.array(ENTRY_OF)
-        left = [place for place in range(len(entry_of)) if place not in self.identified.places]
+        left = [place for place in range(len(entry_of)) if place not in places]
         return np.asarray(np.eye(ENTRIES)[:, entry_of[left]] * TYPICAL_SIZE[left] * self.gain)
 
     def reference(self, found: Minimum[Experiment]) -> GravityReference:
         """See ``Experiment``."""
+        # what the rotations show of it they show the sensors that refer to it once more
+        found = found.alone
         rows, system = cast("MagnitudeRows", found.rows[0]), found.system
         by_entries = rows.up_columns()
         entries = by_entries[:, :, :ENTRIES] @ found.directions.columns
         both = np.concatenate([entries, by_entries[:, :, ENTRIES:]], axis=2)
 
         def referred(covariance: FloatArray | None, excess: FloatArray) -> GravityReference:
-            steps = principal_steps(covariance)
-            doubt = both @ steps if len(steps) else np.zeros((len(self.holds), 3, 0))
+            steps = steps_by_rows(covariance, found.balance.precision, found.terms)
+            none = np.zeros((len(self.holds), 3, 0))
+            doubt, left_open = (both @ one if len(one) else none for one in steps)
             basis = self.identified.basis
-            return self.referred(rows.direction, doubt, excess, basis, hidden)
+            return self.referred(rows.direction, doubt, excess, basis, hidden, left_open)
 
         excess, hidden = found.balance.variance - system.own, rows.hidden.max(axis=1)
         known = referred(found.covariance(), excess)
@@ -297,6 +307,7 @@ class AccelerometerExperiment(Experiment):
         excess: FloatArray | float,
         basis: FloatArray,
         hidden: FloatArray | float = 0.0,
+        left_open: FloatArray | None = None,
     ) -> GravityReference:
         """Up in each hold with all its errors.
 
@@ -308,29 +319,21 @@ class AccelerometerExperiment(Experiment):
             excess: variance of the holds beyond their own noise, which counts as tilt, (m/s²)².
             basis: free directions of the nine parameters, shape (9, p).
             hidden: largest error of the force that an effect does not let readings show, m/s².
+            left_open: change of ``up`` with what these rows leave open of effects, (n, 3, q).
         """
+        left_open = np.zeros((len(up), 3, 0)) if left_open is None else left_open
         modes, most = undetermined_modes(up, basis), hidden / self.gravity * np.ones(len(up))
         return GravityReference(
             up,
             self.source.labels.group,
             (self.across + excess) / self.gravity**2 + most**2 / 3.0,
-            np.concatenate([doubt, up_changes(up, modes)], axis=2),
+            np.concatenate([doubt, left_open, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
-            modes.shape[1],
+            left_open.shape[2] + modes.shape[1],
+            left_open.shape[2],
             most,
         )
-
-
-def principal_steps(covariance: FloatArray | None) -> FloatArray:
-    """Steps of one standard deviation along each principal axis of a covariance, shape (p, k)."""
-    if covariance is None or not len(covariance):
-        return np.zeros((0, 0))
-    scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    seen = values > NEGLIGIBLE_DOUBT * values[-1]
-    return np.asarray(scale[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
 
 
 def accelerometer_experiment(

@@ -35,6 +35,7 @@ from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.repeatability import Repeatability, repeatability_of
 from imucal_wizard.estimate.result import Parameter, SensorFit
+from imucal_wizard.estimate.split import Opened, Split, split_of, steps_by_rows
 from imucal_wizard.estimate.variance_components import (
     Balance,
     System,
@@ -111,11 +112,26 @@ class Minimum(Generic[E_co]):
 
     @property
     def reported(self) -> BoolArray:
-        """Which parameters have a reported error: all but the reference's own errors."""
+        """Which parameters have a reported error: all but the reference's own errors.
+
+        Errors of the reference that these rows decide are fitted with them.
+        """
         known = np.ones(len(self.system.precision), bool)
         shared = slice(self.sizes.stop, None)
+        decided = {name for source in self.experiment.sources for name in source.decided}
         known[shared] = self.system.precision[shared] == 0.0
+        own = [name in decided for name in self.shared]
+        known[shared] |= np.array(own, bool)
         return known
+
+    @property
+    def alone(self) -> "Minimum[E_co]":
+        """The same fit as its own rows determine it, without what another sensor's rows show."""
+        if not len(self.system.away):
+            return self
+        system = replace(self.system, information=np.zeros((0, 0)), away=np.zeros(0))
+        balance = solved(system, self.balance.variance, self.balance.precision)
+        return replace(self, system=system, balance=balance)
 
     @property
     def measured(self) -> BoolArray:
@@ -149,13 +165,8 @@ class Minimum(Generic[E_co]):
         """
         if not self.slow.any():
             return self.balance.freedom
-        model = replace(
-            self.system,
-            columns=self.system.columns[:, ~self.slow],
-            value=self.system.value[~self.slow],
-        )
-        precision = self.balance.precision[~self.slow]
-        return solved(model, self.balance.variance, precision).freedom
+        kept = self.system.of(~self.slow)
+        return solved(kept, self.balance.variance, self.balance.precision[~self.slow]).freedom
 
     @property
     def residual(self) -> FloatArray:
@@ -200,7 +211,7 @@ class Minimum(Generic[E_co]):
             return None
         weighted = self.system.columns / self.balance.variance[:, None]
         middle = weighted.T @ (weighted * self.white_variance[:, None])
-        inner = middle + np.diag(np.where(self.slow, 0.0, self.balance.precision))
+        inner = middle + np.where(self.slow, 0.0, self.balance.prior)
         return np.asarray(self.balance.covariance @ inner @ self.balance.covariance)
 
     @cached_property
@@ -251,34 +262,51 @@ class Minimum(Generic[E_co]):
 
     @cached_property
     def _nominal_columns(self) -> FloatArray:
-        """Change of each independent row by what stays nominal, each of usual size, (n, 2 k).
-
-        Of first order, then of second order: an axis that is off by 1° is longer by 0.15 ‰ along
-        its nominal direction, which good poses show.
-        """
+        """Change of each independent row by what stays nominal, see ``nominal_columns``."""
         if not self._left_nominal.shape[1]:
             return np.zeros((len(self.system.residual), 0))
-        base = np.concatenate([rows.base_columns() for rows in self.rows])
-        first, second = base @ self._left_nominal, []
         # effects that are only tried have no sizes yet
         tried = np.zeros(len(self.terms) - len(self.calibration.sizes))
         here = replace(self.calibration, sizes=np.append(self.calibration.sizes, tried))
-        size, shared = np.zeros(len(self.terms)), np.zeros(len(here.shared))
-        now = self._residual_at(here)
-        for step in self._left_nominal.T:
-            ends = [here.moved(sign * step, size, shared) for sign in (1.0, -1.0)]
-            second.append(0.5 * sum(self._residual_at(end) - now for end in ends))
-        both = np.column_stack([first, *(RMS_OF_SQUARE * one for one in second)])
-        return self.independent.rows(both)
-
-    def _residual_at(self, calibration: Parameters) -> FloatArray:
-        rows = (source.at(calibration, self.terms) for source in self.experiment.sources)
-        return np.concatenate([one.residual for one in rows])
+        args = self.experiment, self.rows, here, self.terms, self._left_nominal
+        return self.independent.rows(nominal_columns(*args))
 
     def pull(self) -> FloatArray:
         """By how much an error of each independent row moves each parameter, shape (p, n)."""
         weighted = self.system.columns / self.balance.variance[:, None]
         return np.asarray(-self.balance.covariance @ weighted.T)
+
+
+def nominal_columns(
+    experiment: Experiment,
+    rows: Sequence[Rows],
+    here: Parameters,
+    terms: Terms,
+    left: FloatArray,
+) -> FloatArray:
+    """Change of each measured row by errors in what stays nominal, shape (n, 2 k).
+
+    Of first order, then of second order: an axis that is off by 1° is longer by 0.15 ‰ along its
+    nominal direction, which good poses show.
+
+    Args:
+        experiment: the rows' own.
+        rows: of each source at these parameters.
+        here: the parameters.
+        terms: the effects.
+        left: errors of usual size, shape (12, k).
+    """
+
+    def residual_at(calibration: Parameters) -> FloatArray:
+        return np.concatenate([one.at(calibration, terms).residual for one in experiment.sources])
+
+    first = np.concatenate([one.base_columns() for one in rows]) @ left
+    size, shared, now = np.zeros(len(terms)), np.zeros(len(here.shared)), residual_at(here)
+    second = []
+    for step in left.T:
+        ends = [here.moved(sign * step, size, shared) for sign in (1.0, -1.0)]
+        second.append(0.5 * sum(residual_at(end) - now for end in ends))
+    return np.column_stack([first, *(RMS_OF_SQUARE * one for one in second)])
 
 
 def fit(
@@ -304,11 +332,46 @@ def refined_minimum(
     terms: Sequence[Term],
     base: Sequence[str] | None,
     arrived: float = ARRIVED,
+    split: Split | None = None,
 ) -> Minimum[Experiment]:
     """The minimum with what the fit itself shows of the rows; the arguments are ``minimum``'s."""
-    found = minimum(experiment, terms, base, arrived=arrived)
+    found = minimum(experiment, terms, base, arrived=arrived, split=split)
     refined = experiment.refined(found)
-    return found if refined is experiment else minimum(refined, terms, base, arrived=arrived)
+    if refined is experiment:
+        return found
+    return minimum(refined, terms, base, arrived=arrived, split=split)
+
+
+def split_by(found: Minimum[Experiment], said: Opened) -> Split | None:
+    """What other rows show of the parameters of a fit; None where they show nothing.
+
+    Args:
+        found: the fit by its own rows.
+        said: of the combinations that its rows leave open, by their steps in its reference.
+    """
+    base, steps = found.directions.columns, _steps(found)
+    return split_of(found.calibration, base, steps, said)
+
+
+def _steps(found: Minimum[Experiment]) -> tuple[FloatArray, FloatArray]:
+    return steps_by_rows(found.covariance(), found.balance.precision, found.terms)
+
+
+def with_split(found: Minimum[Experiment], split: Split) -> Minimum[Experiment]:
+    """The fit with what other rows show, by one step from where the fit without it has arrived.
+
+    Args:
+        found: the fit; effects that are only tried have their sizes in its system.
+        split: of the model with all its effects.
+    """
+    system, others = found.system, len(found.system.value) - found.sizes.stop
+    here = replace(found.calibration, sizes=system.value[found.sizes])
+    away = split.away(found.directions.columns, here, others)
+    # by how much effects that are only tried have moved the base
+    away[: found.sizes.start] += system.value[: found.sizes.start]
+    known = replace(system, information=split.over(others), away=away)
+    moved, balance = _stepped(known)
+    return replace(found, system=moved, balance=balance)
 
 
 def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) -> ResidualTable:
@@ -328,7 +391,7 @@ def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) ->
         held_out=out,
         columns=independent.measured(found.system.columns[:, of_model]),
         names=tuple(name for name, one in zip(names, of_model, strict=True) if one),
-        precision=found.balance.precision[of_model],
+        prior=found.balance.prior[np.ix_(of_model, of_model)],
         variance=found.balance.variance,
         own=found.system.own,
         independent=independent,
@@ -467,6 +530,7 @@ def minimum(
     variance: FloatArray | None = None,
     own_noise: float | None = None,
     arrived: float = ARRIVED,
+    split: Split | None = None,
 ) -> Minimum[E]:
     """The parameters, and the rows made linear at them.
 
@@ -479,6 +543,7 @@ def minimum(
         own_noise: the variance of each row as a multiple of its measured noise, where it is not to
             be estimated.
         arrived: the last step, in standard deviations, after which the fit ends.
+        split: what other rows show of the parameters.
 
     Raises:
         DataError: the fit does not converge.
@@ -494,7 +559,7 @@ def minimum(
     )
     rows = tuple(source.at(calibration, together) for source in experiment.sources)
     independent = decorrelation(experiment.sources, rows)
-    problem = _Problem(experiment, chosen, free, together, shared, independent)
+    problem = _Problem(experiment, chosen, free, together, shared, independent, split)
 
     def solve(system: System) -> Balance:
         if own_noise is not None:
@@ -569,6 +634,14 @@ def with_effects(
             *(slice(place + group.start, place + group.stop) for group in more.groups),
         ),
     )
+    if len(system.away):
+        places = [place] * len(more)
+        information = np.insert(system.information, places, 0.0, axis=0)
+        wider = replace(
+            wider,
+            information=np.insert(information, places, 0.0, axis=1),
+            away=np.insert(system.away, places, 0.0),
+        )
     both = Terms(found.experiment.sensor, (*found.terms.terms, *terms))
     moved, balance = _stepped(wider)
     return replace(found, terms=both, system=moved, balance=balance)
@@ -607,12 +680,7 @@ def shared_names(experiment: Experiment, terms: Terms) -> list[str]:
 def _stepped(system: System) -> tuple[System, Balance]:
     """The system after one step of its fit, and the fit there."""
     balance = balanced(system)
-    moved = replace(
-        system,
-        residual=system.residual + system.columns @ balance.step,
-        value=system.value + balance.step,
-    )
-    return moved, replace(balance, step=np.zeros_like(balance.step))
+    return system.moved(balance.step), replace(balance, step=np.zeros_like(balance.step))
 
 
 @dataclass(frozen=True, eq=False)
@@ -625,6 +693,7 @@ class _Problem:
     terms: Terms
     shared: list[str]
     independent: Decorrelation
+    split: Split | None = None
 
     def rows_at(self, calibration: Parameters, near: tuple[Rows, ...]) -> tuple[Rows, ...]:
         return tuple(
@@ -654,6 +723,10 @@ class _Problem:
         if len(self.directions.precision):
             moved = calibration.entries - self.experiment.begin(self.base).entries
             value = np.linalg.pinv(self.directions.columns) @ moved
+        known, others = {}, len(self.shared)
+        if self.split is not None:
+            away = self.split.away(self.directions.columns, calibration, others)
+            known = {"information": self.split.over(others), "away": away}
         return System(
             residual=self.residual(rows, calibration.shared, doubts),
             columns=columns,
@@ -662,6 +735,7 @@ class _Problem:
             precision=self._precision,
             value=np.concatenate([value, calibration.sizes, calibration.shared]),
             groups=tuple(slice(first + g.start, first + g.stop) for g in self.terms.groups),
+            **known,
         )
 
     @cached_property
@@ -703,7 +777,7 @@ class _Problem:
             [one.exact_slope for one in sources], [len(one.labels) for one in sources]
         )
         before = float((system.residual**2 / balance.variance).sum())
-        before += float((balance.precision * system.value**2).sum())
+        before += _held(system, balance, np.zeros(len(system.value)))
         size = 1.0
         for _ in range(MAX_HALVINGS):
             step = size * balance.step
@@ -713,10 +787,18 @@ class _Problem:
             further = self.rows_at(moved, rows)
             left = self.residual(further, moved.shared, doubts)
             left = np.where(exact, left, system.residual + system.columns @ step)
-            prior = balance.precision * (system.value + step) ** 2
-            cost = float((left**2 / balance.variance).sum() + prior.sum())
+            cost = float((left**2 / balance.variance).sum()) + _held(system, balance, step)
             # effects may be taken at the point before, which makes the cost uncertain by so much
             if cost < before * (1.0 + 1e-3) + 1e-3:
                 break
             size /= 2.0
         return moved, further
+
+
+def _held(system: System, balance: Balance, step: FloatArray) -> float:
+    """What the priors and other rows add to the cost after a step."""
+    cost = float((balance.precision * (system.value + step) ** 2).sum())
+    if len(system.away):
+        away = system.away + step
+        cost += float(away @ system.information @ away)
+    return cost

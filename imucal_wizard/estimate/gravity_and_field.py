@@ -364,7 +364,7 @@ def _heading_rows(
     turns_field[:, aligned] = leaning(up[aligned], np.array(list(field.values())))
     ends = np.column_stack([before, after])
     found = FieldClosure(by_gravity, by_field, ends, noise, labels, turns_field, of_field)
-    found = found.doubting(reference.doubt, reference.undetermined)
+    found = found.doubting(reference.doubt, reference.undetermined, reference.decided)
     by_magnetometer = np.array([doubts[i] + doubts[j] for i, j in found.holds])
     return replace(found, noise=noise + by_magnetometer / found.level)
 

@@ -220,6 +220,7 @@ class GyroscopeExperiment(Movable):
             before_doubt=reference.doubt[one.before],
             after_doubt=reference.doubt[one.after],
             usual=reference.undetermined,
+            left_open=reference.decided,
             noise=noise,
             motion=motion_of(known, one.before, self.samples, self._start, origin, self.readings),
             gravity=self.gravity,
@@ -335,7 +336,7 @@ class GyroscopeExperiment(Movable):
         reference, readings = reference or self.of, readings or self.readings
         if reference is self.of and readings is self.readings:
             return self
-        known = reference.up, reference.doubt, reference.undetermined
+        known = reference.up, reference.doubt, reference.undetermined, reference.decided
         more = [source.under(*known) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
         return GyroscopeExperiment(*args, self.free, readings, more, self.lost)

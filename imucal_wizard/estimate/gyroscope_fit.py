@@ -1,18 +1,20 @@
 """The gyroscope without effects: which entries of M and b the rows determine, and their fit."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, minimum
+from imucal_wizard.estimate.fit import Minimum, minimum, residual_table
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
 from imucal_wizard.estimate.gyroscope_start import start_matrix
+from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import SensorFit
@@ -26,6 +28,9 @@ from imucal_wizard.model.nominal_gains import (
 )
 from imucal_wizard.model.rows.source import Parameters
 
+MIN_ROTATIONS_WITH_JUMPS = 20
+"""Rotations from which on the one with the largest jump is another than the one that does not agree
+with the rest in 19 cases of 20, unless the jump is the reason."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 
@@ -73,6 +78,61 @@ def gyroscope_minimum(
     while (refined := found.experiment.refined(found)) is not found.experiment:
         found = minimum(refined)
     return found
+
+
+def without_lost_samples(
+    found: Minimum[GyroscopeExperiment],
+    rotations: Sequence[Rotation],
+    again: Callable[[Sequence[Rotation]], Minimum[GyroscopeExperiment]],
+) -> tuple[Minimum[GyroscopeExperiment], list[Rotation]]:
+    """The fit without a rotation in which samples are missing that the times do not show.
+
+    A rate that goes on elsewhere jumps between two samples. Of m rotations one has the largest
+    jump, and if it is also the one without which all others agree within their noise, chance made
+    that once in m times, as where the device was bumped while it turned.
+
+    Args:
+        found: the fit of all usable rotations.
+        rotations: all of them.
+        again: the fit of other ones.
+
+    Returns:
+        The fit, and the rotations with the problem named.
+    """
+    usable = found.experiment.rotations.usable.tolist()
+    if len(usable) < MIN_ROTATIONS_WITH_JUMPS or _agree(found):
+        return found, list(rotations)
+    jumps = [_jump(rotations[place]) for place in usable]
+    worst = max(range(len(usable)), key=lambda place: jumps[place][0])
+    size, seconds = jumps[worst][1:]
+    number, left = usable[worst], list(rotations)
+    jump = quantity(size, found.experiment.unit, 2)
+    left[number] = replace(
+        left[number],
+        problem=f"in rotation {number + 1} the rate jumps by {jump} between two samples at "
+        f"{seconds:.1f} s and the angle is wrong, as where samples are missing or repeated",
+    )
+    try:
+        without = again(left)
+    except DataError:
+        return found, list(rotations)
+    return (without, left) if _agree(without) else (found, list(rotations))
+
+
+def _agree(found: Minimum[GyroscopeExperiment]) -> bool:
+    """Whether noise makes what the fit leaves."""
+    return lack_without(residual_table(found), np.zeros(0, np.int64)).within_noise
+
+
+def _jump(rotation: Rotation) -> tuple[float, float, float]:
+    """The largest jump of the rate beyond the slopes on either side, its size, and when it was."""
+    steps = np.diff(rotation.rate, axis=0)
+    if len(steps) < 3:
+        return 0.0, 0.0, float(rotation.time[0])
+    beyond = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=1)
+    place = int(beyond.argmax())
+    size = float(np.linalg.norm(steps[place + 1]))
+    return float(beyond[place]), size, float(rotation.time[place + 1])
 
 
 def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:

@@ -16,7 +16,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median, median_of_rows
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
-from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum, without_lost_samples
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.methods.single_axis import (
@@ -109,6 +109,11 @@ def fit_gyroscope(
     try:
         silent = silent_axes(holds, rotations)
         fitted = gyroscope_minimum(*args)
+        fitted, rotations = without_lost_samples(
+            fitted,
+            rotations,
+            lambda some: gyroscope_minimum(holds, some, *args[2:]),
+        )
         experiment, found = fitted.experiment, report(fitted)
     except DataError as error:
         return _none(rotations, str(error), silent)

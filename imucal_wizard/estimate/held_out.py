@@ -353,11 +353,11 @@ def _refitted(
     system, balance, independent = found.system, found.balance, found.independent
     columns = independent.measured(system.columns)[np.ix_(rows, moving)]
     weighted = independent.weighted(columns, balance.variance, rows)
-    normal = columns.T @ weighted + np.diag(balance.precision[moving])
+    normal = columns.T @ weighted + balance.prior[np.ix_(moving, moving)]
     if not determined(normal):
         return None
     residual = independent.measured(system.residual)[rows]
-    pull = weighted.T @ residual + (balance.precision * system.value)[moving]
+    pull = weighted.T @ residual + balance.prior_pull[moving]
     return np.asarray(-inverted(normal) @ pull)
 
 

@@ -17,8 +17,8 @@ from imucal_wizard.estimate.accelerometer import (
     PLACES,
     AccelerometerExperiment,
     accelerometer_experiment,
-    principal_steps,
 )
+from imucal_wizard.estimate.fit import nominal_columns
 from imucal_wizard.estimate.gauge import triangular
 from imucal_wizard.estimate.magnitude import (
     Problem,
@@ -32,8 +32,10 @@ from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import with_errors
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
+from imucal_wizard.model.rows.gravity_magnitude import MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
 from imucal_wizard.model.terms import Terms
 
@@ -150,11 +152,15 @@ class HoldMagnitudes:
         used = np.delete(rows.residual, unused)
         freedom = len(used) - len(self.free)
         variance = float(used @ used) / freedom if freedom > 0 else None
-        covariance = whole = None
+        covariance = whole = with_nominal = None
         if variance is not None and not biased:
-            covariance = variance * pull @ pull.T
             whole = np.zeros((ENTRIES, ENTRIES))
-            whole[np.ix_(ENTRY_OF, ENTRY_OF)] = covariance
+            whole[np.ix_(ENTRY_OF, ENTRY_OF)] = variance * pull @ pull.T
+            modes = self._nominal_modes(rows, Parameters(matrix, bias), pull)
+            if found.each_axis_alone:
+                modes = modes[:, : modes.shape[1] // 2]
+            with_nominal = whole + modes @ modes.T
+            covariance = with_nominal[np.ix_(ENTRY_OF, ENTRY_OF)]
 
         # what the gyroscope takes as its reference: noise beyond that measured counts as tilt
         excess = max((variance or 0.0) - float(rows.own.mean()), 0.0)
@@ -175,7 +181,7 @@ class HoldMagnitudes:
             parameters=with_errors(
                 lambda entries: experiment.named(entries[:9].reshape(3, 3), entries[9:]),
                 Parameters(matrix, bias).entries,
-                whole,
+                with_nominal,
                 experiment.unit_of,
                 tuple(dict.fromkeys(dropped)),
             ),
@@ -195,6 +201,17 @@ class HoldMagnitudes:
             reference=reference,
             experiment=experiment,
         )
+
+    def _nominal_modes(
+        self, rows: MagnitudeRows, calibration: Parameters, pull: FloatArray
+    ) -> FloatArray:
+        """Errors of M and b by what the method leaves nominal, see ``Minimum.nominal_modes``."""
+        left, none = self.experiment.left_by(self.free), Terms(self.experiment.sensor, ())
+        shown = nominal_columns(self.experiment, [rows], calibration, none, left)
+        modes = np.zeros((ENTRIES, shown.shape[1]))
+        modes[list(ENTRY_OF)] = pull @ shown
+        modes[:, : left.shape[1]] += left
+        return modes
 
     def _pull(self, theta: FloatArray, method: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """By how much an error of the magnitude of each hold moves each parameter, shape (9, n).

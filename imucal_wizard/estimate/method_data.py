@@ -26,11 +26,13 @@ class MethodEstimate:
         matrix: M in any gauge, shape (3, 3).
         bias: b, shape (3,).
         iterations: how many it took.
+        each_axis_alone: it looks at one axis at a time; squares of angles do not lengthen it.
     """
 
     matrix: FloatArray
     bias: FloatArray
     iterations: int = 1
+    each_axis_alone: bool = False
 
 
 Estimator = Callable[[FloatArray, IntArray], MethodEstimate]

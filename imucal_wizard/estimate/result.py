@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from imucal_wizard.model.rows.table import ResidualTable
 
 
+ANGLES_OF_TRIANGLE = [4, 5, 7]
+"""Places of M's xy, xz, yz among the biases and the entries of a triangular M."""
 NORMAL_95 = 1.96
 """Standard deviations within which a normal error lies 95 times in 100."""
 MIN_SINGLE_AXIS_ERROR = 0.001
@@ -78,6 +80,8 @@ class GravityReference:
         gain: m/s² per reading unit of the accelerometer, at its largest.
         gravity: m/s².
         undetermined: how many of the k ways, the last, no pose measured: parameters of usual size.
+        decided: how many of these, the first, are left to the closures of rotations: how a sum of
+            effects that is known is split among them.
         hidden: largest error of ``up`` that an effect does not let readings show, rad, shape (n,);
             empty where there is none. It is a part of ``variance``.
         noise_alone: the same with the errors that measured noise alone makes, where what the
@@ -91,6 +95,7 @@ class GravityReference:
     gain: float
     gravity: float
     undetermined: int = 0
+    decided: int = 0
     hidden: FloatArray = field(default_factory=lambda: np.zeros(0))
     noise_alone: "GravityReference | None" = None
 
@@ -243,7 +248,7 @@ class SensorFit:
         covariance: by the residual, or None; of the three biases and M's six entries xx, xy, xz,
             yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
             (gyroscope). An entry that stays nominal has its usual size, with what it does to those
-            fitted; that of a method of the papers, none.
+            fitted; that of a magnetometer by a method of the papers, none.
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         validation: the error of each of them, in ``unit``; empty without any.
@@ -365,7 +370,11 @@ class SensorFit:
     def fitted_entries(self) -> BoolArray:
         """Which of the numbers of ``covariance`` are fitted and not nominal, shape (n,)."""
         if self.minimum is None:
-            return np.asarray(np.diag(np.asarray(self.covariance)) > 0.0)
+            known = np.diag(np.asarray(self.covariance)) > 0.0
+            # a method fits all angles of a triangular M or none
+            if not all(one.carried for one in self.parameters if one.name.startswith("theta")):
+                known[ANGLES_OF_TRIANGLE] = False
+            return np.asarray(known)
         entries = list(self.minimum.experiment.covariance_entries)
         return np.asarray(self.minimum.directions.columns[entries].any(axis=1))
 

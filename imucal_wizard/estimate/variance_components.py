@@ -12,6 +12,8 @@ whose residuals its own noise explains (a 1 % test) has no excess: an excess fou
 make rows of unequal noise weigh nearly alike.
 """
 
+from dataclasses import field, replace
+
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
@@ -42,6 +44,9 @@ class System:
         precision: of the priors of the parameters, shape (p,).
         value: present value of the parameters, from the middle of their priors, shape (p,).
         groups: parameters whose priors are widened together (see ``terms.widened``).
+        information: inverse covariance of the parameters by another sensor's rows, shape (p, p);
+            empty where no other sensor shows them.
+        away: present value of the parameters from those that these rows show, shape (p,).
     """
 
     residual: FloatArray
@@ -51,6 +56,30 @@ class System:
     precision: FloatArray
     value: FloatArray
     groups: tuple[slice, ...] = ()
+    information: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    away: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def of(self, kept: BoolArray) -> "System":
+        """The same rows with some of the parameters, shape (p,), the others being known."""
+        shown = len(self.away) > 0
+        return replace(
+            self,
+            columns=self.columns[:, kept],
+            precision=self.precision[kept],
+            value=self.value[kept],
+            groups=(),
+            information=self.information[np.ix_(kept, kept)] if shown else self.information,
+            away=self.away[kept] if shown else self.away,
+        )
+
+    def moved(self, step: FloatArray) -> "System":
+        """The same rows after a change of the parameters, shape (p,)."""
+        return replace(
+            self,
+            residual=self.residual + self.columns @ step,
+            value=self.value + step,
+            away=self.away + step if len(self.away) else self.away,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +90,8 @@ class Balance:
         step: change of the parameters, shape (p,).
         variance: of each row, shape (n,).
         precision: of the priors of the parameters, shape (p,).
+        prior: inverse covariance of the parameters by all but these rows, shape (p, p).
+        prior_pull: its product with their distance from the middle of that, shape (p,).
         normal: normal matrix with the priors, shape (p, p).
         covariance: its inverse over what is determined, shape (p, p).
         spare: share of each row that is not fitted (one less its leverage), shape (n,).
@@ -70,6 +101,8 @@ class Balance:
     step: FloatArray
     variance: FloatArray
     precision: FloatArray
+    prior: FloatArray
+    prior_pull: FloatArray
     normal: FloatArray
     covariance: FloatArray
     spare: FloatArray
@@ -138,15 +171,21 @@ def _excess(system: System, found: Balance, left: FloatArray) -> FloatArray:
 def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balance:
     """Fit the parameters under given variances of the rows and given priors."""
     weighted = system.columns / variance[:, None]
-    normal = system.columns.T @ weighted + np.diag(precision)
+    prior, prior_pull = np.diag(precision), precision * system.value
+    if len(system.away):
+        prior = prior + system.information
+        prior_pull = prior_pull + system.information @ system.away
+    normal = system.columns.T @ weighted + prior
     covariance = inverted(normal)
-    pull = weighted.T @ system.residual + precision * system.value
+    pull = weighted.T @ system.residual + prior_pull
     leverage = (weighted @ covariance * system.columns).sum(axis=1)
     spare = 1.0 - leverage
     return Balance(
         step=-covariance @ pull,
         variance=variance,
         precision=precision,
+        prior=prior,
+        prior_pull=prior_pull,
         normal=normal,
         covariance=covariance,
         spare=spare,

@@ -71,10 +71,38 @@ class FieldUnit:
     size: float = 1.0
 
 
-WARMING_CELL = 30.0
+WARMING_CELL = 45.0
 """Temperatures are averaged over so many seconds before they are differentiated: a thermometer's
 steps of a sixteenth of a degree make a slope of some 0.0003 °C/s then, a warming device one of
 0.02 °C/s."""
+
+
+def spline_slope(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
+    """Slope of the cubic spline through n points, n ≥ 2, at some places.
+
+    At either end it has the slope of the polynomial through the four points there.
+    """
+    step = np.diff(x)
+    secant = np.diff(y) / step
+    ends = min(len(x), 4)
+    first = np.polynomial.Polynomial.fit(x[:ends], y[:ends], ends - 1).deriv()(x[0])
+    last = np.polynomial.Polynomial.fit(x[-ends:], y[-ends:], ends - 1).deriv()(x[-1])
+    # its second derivative is continuous: a tridiagonal system in the slopes, by elimination
+    diagonal = 2.0 * (1.0 / step[:-1] + 1.0 / step[1:])
+    right = 3.0 * (secant[:-1] / step[:-1] + secant[1:] / step[1:])
+    slope, above, known = np.empty(len(x)), np.zeros(len(x)), np.empty(len(x))
+    slope[0], slope[-1], known[0] = first, last, first
+    for k in range(1, len(x) - 1):
+        pivot = diagonal[k - 1] - above[k - 1] / step[k - 1]
+        above[k] = 1.0 / (step[k] * pivot)
+        known[k] = (right[k - 1] - known[k - 1] / step[k - 1]) / pivot
+    for k in range(len(x) - 2, 0, -1):
+        slope[k] = known[k] - above[k] * slope[k + 1]
+    own = np.clip(np.searchsorted(x, at, side="right") - 1, 0, len(step) - 1)
+    s = (at - x[own]) / step[own]
+    before, after = slope[own], slope[own + 1]
+    bend = 6.0 * s * (1.0 - s) * secant[own]
+    return np.asarray(bend + (3.0 * s - 1.0) * (s - 1.0) * before + s * (3.0 * s - 2.0) * after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +168,8 @@ class Circumstances:
     def warming(self) -> FloatArray:
         """Rate of change of the temperature, °C/s, shape (n,); 0 where it is unknown.
 
-        Of the history's means over ``WARMING_CELL`` seconds.
+        Of a cubic spline through the history's means over ``WARMING_CELL`` seconds: with straight
+        lines an exponential course would differ by a tenth from its own slope.
         """
         time, temperature = self.history
         known = np.isfinite(temperature)
@@ -155,8 +184,7 @@ class Circumstances:
         middle, mean = (np.add.reduceat(one, first) / count for one in (then, warmth))
         if len(middle) < 2:
             return np.zeros(len(self))
-        slope = np.gradient(mean, middle, edge_order=1 if len(middle) == 2 else 2)
-        return np.asarray(np.interp(self.time, middle, slope))
+        return spline_slope(middle, mean, self.time)
 
     def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
         """The same with other true inputs of a sensor, SI, shape (n, 3)."""
@@ -230,6 +258,8 @@ class Effect(ABC):
             step would be most of the pairs.
         aliases: effects of its family that no data of a still sensor at 1 g, or of rotations from
             rest to rest, distinguish from it, where their sizes are chosen for that.
+        aliases_while_settling: effects of its family that make the same error while the temperature
+            settles exponentially; whether it does is seen from the data.
         free: it is a free curve: its parameters are coefficients of one course, which is shown
             by its rms.
         hides: where it acts, readings do not show the input, so that they remain wrong with it.
@@ -251,6 +281,7 @@ class Effect(ABC):
     sudden: bool = False
     paired: bool = True
     aliases: tuple[str, ...] = ()
+    aliases_while_settling: tuple[str, ...] = ()
     free: bool = False
     hides: bool = False
     bounded: bool = False

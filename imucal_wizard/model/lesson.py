@@ -10,7 +10,7 @@ they add up linearly.
 """
 
 import inspect
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -20,7 +20,7 @@ from imucal_wizard.core.poses import AXES, EDGES, FACES
 from imucal_wizard.core.quantities import quantity, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import root_mean_square
+from imucal_wizard.core.statistics import root_mean_square, sample_quantile
 from imucal_wizard.core.units import ACCELERATION_UNITS, STANDARD_GRAVITY
 from imucal_wizard.model.effect import (
     ACCELEROMETER,
@@ -75,21 +75,41 @@ class Cost:
     heading_rms: float | None = None
     heading_worst: float | None = None
 
-    def words(self, *, worst: bool = False) -> str:
-        """``the up direction wrong by 0.068° rms``, with the largest error if asked for."""
+    def words(self, *, worst: bool = False, among: "Sequence[Cost]" = ()) -> str:
+        """``the up direction wrong by 0.068° rms``.
+
+        Args:
+            worst: with the largest error, too.
+            among: costs of other sizes that the data allow; the middle 90 % of them are told.
+        """
         kinds = (
-            ("the up direction wrong by", self.tilt_rms, self.tilt_worst),
-            ("the heading wrong by", self.heading_rms, self.heading_worst),
-            (f"a full rotation {_AT_RATES} wrong by", self.rotation_rms, self.rotation_worst),
+            ("the up direction wrong by", self.tilt_rms, self.tilt_worst, "tilt_rms"),
+            ("the heading wrong by", self.heading_rms, self.heading_worst, "heading_rms"),
+            (
+                f"a full rotation {_AT_RATES} wrong by",
+                self.rotation_rms,
+                self.rotation_worst,
+                "rotation_rms",
+            ),
         )
         parts = [
-            f"{what} {_degrees(rms)} rms" + (f", {_degrees(most)} at worst" if worst else "")
-            for what, rms, most in kinds
+            f"{what} {_told(rms, [getattr(one, name) for one in among])} rms"
+            + (f", {_degrees(most)} at worst" if worst else "")
+            for what, rms, most, name in kinds
             if rms is not None and most is not None and rms > SMALLEST_ANGLE
         ]
         if self.rest_rms is not None and self.rest_rms > SMALLEST_ANGLE:
-            parts.append(f"an angle of {_degrees(self.rest_rms)} after a minute at rest")
-        return ", and ".join(parts) or "no error"
+            rest = _told(self.rest_rms, [one.rest_rms or 0.0 for one in among])
+            parts.append(f"an angle of {rest} after a minute at rest")
+        words = ", and ".join(parts) or "no error"
+        return f"{words} (90 % of the sizes that these data allow)" if among and parts else words
+
+
+def _told(likeliest: float, among: Sequence[float]) -> str:
+    """An angle, or the two between which nine in ten of others lie."""
+    if not among:
+        return _degrees(likeliest)
+    return " to ".join(_degrees(sample_quantile(among, one)) for one in (0.05, 0.95))
 
 
 def _degrees(value: float) -> str:
@@ -324,6 +344,10 @@ _ONE_CHANGE = (
     "Nearly the same error during a single slow change: {}. A session with repeated poses, in "
     "which the temperature rises and falls, separates them."
 )
+_SETTLING = (
+    "Exactly the same error while the temperature settles exponentially: {}. A temperature that "
+    "rises and falls again separates them."
+)
 _DISTURBED = (
     "One hold or rotation that differs from all others, because somebody touched the table or the "
     "device was not at rest. It is disturbed if the others agree with one another without it. Do "
@@ -388,14 +412,15 @@ def lookalikes(effect: Effect, sensor: str, catalogue: Iterable[Effect]) -> str:
     """The effects of this sensor that ordinary data can hardly separate from this one, or ""."""
     others = [one for one in catalogue if one.name != effect.name and sensor in one.sensors]
     same = [one.name for one in others if one.name in effect.aliases]
+    settling = [one.name for one in others if one.name in effect.aliases_while_settling]
     near = [
         one.name
         for one in others
-        if effect.family and one.family == effect.family and one.name not in same
+        if effect.family and one.family == effect.family and one.name not in (*same, *settling)
     ]
     alike = _ALIKE.get(sensor, _ONE_SPEED)
     alike = _ONE_CHANGE if effect.kind == "time" else alike
-    found = ((_ALIASES, same), (alike, near))
+    found = ((_ALIASES, same), (_SETTLING, settling), (alike, near))
     return " ".join(words.format(", ".join(names)) for words, names in found if names)
 
 

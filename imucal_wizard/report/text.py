@@ -98,9 +98,9 @@ def errors_text(fit: SensorFit) -> str:
 
 
 def _motions(report: FitReport) -> str:
-    """Number of rotations, and of those about one axis."""
+    """Number of rotations, and of those about one axis that was level."""
     count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
-    about = f" ({single} of them about one axis)" if single else ""
+    about = f" ({single} of them about one level axis)" if single else ""
     return f"{len(report.holds)} holds, {count} rotations{about}"
 
 

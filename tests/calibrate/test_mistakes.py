@@ -88,7 +88,9 @@ def test_one_bad_rotation_is_named(plain: FitReport) -> None:
         return values
 
     report = fit_readings(with_gyroscope(session(), lose))
-    assert _warned(report, "rotation", "does not agree", f"{turn.time[0]:.1f}", "again")
+    (bad,) = [one for one in report.rotations if one.problem]
+    assert bad.time[0] == turn.time[0]
+    assert _warned(report, "rotation", "the rate jumps", f"at {middle:.1f} s", "missing")
 
 
 def test_swapped_gyroscope_axes_are_told() -> None:

@@ -32,6 +32,7 @@ from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from imucal_wizard.report.text import errors_text
@@ -505,7 +506,8 @@ def test_what_an_added_effect_leaves_is_said_of_the_present_model() -> None:
 def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     """Still poses show the sum of three products of all forces, and none of them alone."""
     report, readings = fitted("cross-product:4:xyz", poses="26", seed=3)
-    report = replace(report, rates={"accelerometer": 100.0})
+    alone = {"accelerometer": report.sensors["accelerometer"]}
+    report = replace(report, rates={"accelerometer": 100.0}, sensors=alone)
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)[0]
     assert said.found[0].term == "cross-product"
     assert "not determined alone" in said.says
@@ -513,6 +515,49 @@ def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
     assert together is not None
     size, error = map(float, together.groups())
     assert abs(size - 4.0) < 3.0 * error < 0.6
+    cost = re.search(r"the up direction wrong by ([\d.]+)° to ([\d.]+)° rms \(90 %", said.says)
+    assert cost is not None
+    low, high = map(float, cost.groups())
+    whole = np.array([0.0, 0.0, 4.0, *[0.0] * 6])
+    truth = cost_of_ignoring(effect("cross-product"), "accelerometer", whole).tilt_rms
+    assert truth is not None
+    assert low < truth < high < 3.0 * low
+
+
+def test_rotations_show_how_a_sum_is_split() -> None:
+    """Each split tilts gravity in its own way, and no split is noise of the gyroscope."""
+    report, readings = fitted("cross-product:4:xyz", poses="26", seed=3)
+    said = diagnose_benches(Benches(report, readings), {}, automatic=True)
+    bench, turned = said[0].bench, said[1].bench
+    assert bench is not None
+    assert turned is not None
+    fit = bench.fit
+    size, error = fit.sizes[0], fit.size_errors[0]
+    assert (np.abs(size - np.array([0.0, 0.0, 4.0, *[0.0] * 6])) < 3.5 * error).all()
+    assert error.max() < 0.3
+    assert "cross-axis product), xyz 4." in said[0].says
+    assert "not determined alone" not in said[0].says
+    plain = Benches(*fitted(poses="26", seed=3)).bench("gyroscope")
+    assert plain is not None
+    floor, held_out = turned.fit.floor, turned.fit.rms_held_out
+    assert plain.fit.floor is not None
+    assert floor == pytest.approx(plain.fit.floor, rel=0.15)
+    assert held_out is not None
+    assert held_out < 1.2 * plain.fit.floor
+
+
+def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
+    """While the temperature settles exponentially, its slope is the temperature but for a factor.
+
+    The steps of the thermometer decide for neither.
+    """
+    bench = Benches(*fitted("bias-temperature:2:x", poses="26", seed=5)).accelerometer
+    opinion = bench.look().opinion
+    assert opinion.verdict is Verdict.AMBIGUOUS
+    assert {"bias-temperature", "thermal-lag"} <= {*opinion.terms[0]}
+    words = lesson(effect("thermal-lag"), "accelerometer", bench.catalogue).alike
+    assert "Exactly the same error while the temperature settles exponentially" in words
+    assert "rises and falls" in words
 
 
 @pytest.mark.parametrize("name", ["odd-quadratic", "axis-delay"])

@@ -120,3 +120,19 @@ def test_newton_says_so_when_it_cannot_find_a_minimum(monkeypatch: pytest.Monkey
     start = np.array([0.3, -0.4, 0.2, 0.3, 0.0, 0.0, 0.4, 0.0, 0.3])
     with pytest.raises(DataError, match="least_squares"):
         newton(points, start, np.eye(9))
+
+
+def test_what_angles_left_nominal_do_is_in_the_standard_errors() -> None:
+    """A fixture is 3° off and turns the same angles into the same bias at each visit."""
+    rng = np.random.default_rng(5)
+    six = tilted(np.concatenate([np.eye(3), -np.eye(3)]), 3.0, rng)
+    sigma = 1e-4 * 9.80665
+    truth, up = typical_accelerometer(), np.tile(six, (3, 1))
+    holds = holds_of(truth, up, noise=sigma * rng.standard_normal((18, 3)), sigma=sigma)
+    usual, newtons = (
+        {one.name: one for one in fit_accelerometer(holds, 9.80665, "m/s^2", *method).parameters}
+        for method in ((), ("newton",))
+    )
+    for name in ("bias_x", "bias_y", "bias_z", "sensitivity_x", "sensitivity_y", "sensitivity_z"):
+        assert newtons[name].standard_error == pytest.approx(usual[name].standard_error, rel=0.1)
+    assert newtons["theta_yz"].standard_error is None

@@ -130,7 +130,7 @@ def test_an_error_of_the_accelerometer_moves_headings_as_aligning_anew_does() ->
         turned_at(data(moved, field @ align(moved, field).rotation.T), np.eye(3), np.zeros(3))
         for moved in (unit_vectors(up + sign * SMALL * doubt) for sign in (1.0, -1.0))
     )
-    doubted = replace(data(up, field), leaning=leaning(up, field)).doubting(doubt[:, :, None], 1)
+    doubted = replace(data(up, field), leaning=leaning(up, field)).doubting(doubt[:, :, None], 1, 0)
     column = turned_at(doubted, np.eye(3), np.zeros(3)).shared_columns()[:, 0]
     slope = (ahead.residual - behind.residual) / (2.0 * SMALL)
     assert column == pytest.approx(slope, abs=1e-3 * np.abs(slope).max())
@@ -148,7 +148,7 @@ def test_an_error_of_the_magnetometer_moves_headings_as_other_directions_of_the_
         for sign in (1.0, -1.0)
     )
     known = replace(data(up, field), field_doubt=moved[:, :, None])
-    doubted = known.doubting(np.roll(moved, 1, axis=1)[:, :, None], 0)
+    doubted = known.doubting(np.roll(moved, 1, axis=1)[:, :, None], 0, 0)
     columns = turned_at(doubted, np.eye(3), np.zeros(3)).shared_columns()
     slope = (ahead.residual - behind.residual) / (2.0 * SMALL)
     assert columns[:, 1] == pytest.approx(slope, abs=1e-3 * np.abs(slope).max())

@@ -227,7 +227,8 @@ def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
     places = [0, 1, 2, 3, 6, 8]  # the biases, then M's diagonal
     found = fit.covariance[np.ix_(places, places)]
     size = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    assert found / size == pytest.approx(expected / size, abs=2e-3)
+    # angles left nominal act on the noise of the axes that are level
+    assert found / size == pytest.approx(expected / size, abs=6e-3)
 
 
 @pytest.mark.study

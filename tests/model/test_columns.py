@@ -125,6 +125,19 @@ def test_a_lagging_zero_falls_short_while_the_device_warms() -> None:
     np.testing.assert_allclose(late[55:97, 1] / MILLI_G, 0.6, atol=0.08)
 
 
+@pytest.mark.parametrize("settled", [90.0, 180.0])
+def test_an_exponential_warm_up_has_an_exponential_slope(settled: float) -> None:
+    """At a time constant of twice the stretch that is averaged it is right within 3 %."""
+    time = np.arange(0.0, 320.0, 0.5)
+    warm = 25.0 - 12.0 * np.exp(-time / settled)
+    none = np.zeros((len(time), 3))
+    held = Circumstances(none, none, warm, time, none, np.zeros(len(time)))
+    slope = held.warming - held.warming.mean()
+    known = np.column_stack([np.ones(len(time)), warm])
+    left = slope - known @ np.linalg.lstsq(known, slope, rcond=None)[0]
+    assert np.std(left) < 0.03 * np.std(slope)
+
+
 def test_a_changing_clock_moves_all_axes_by_one_share() -> None:
     """Two minutes after the middle, 1 ppm/min makes 2 ppm of every rate."""
     (share,) = named("clock", "gyroscope", moment()).values()

@@ -1,4 +1,4 @@
-"""What only a whole file shows: silent and repeated samples, lost signs, jitter, the field's unit.
+"""What only a whole file shows: samples that are silent, repeated or copied, signs, jitter, a unit.
 
 The first rows of a file are read like those of a stream; these steps follow on the whole file.
 """
@@ -6,12 +6,15 @@ The first rows of a file are read like those of a stream; these steps follow on 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from imucal_wizard.acquire.column_guess import (
     UnitGuess,
     guess_accelerometer_unit,
     guess_magnetometer_unit,
     unit_note,
 )
+from imucal_wizard.acquire.copied_samples import copies, copies_note
 from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
 from imucal_wizard.acquire.silent_samples import (
     FIELD,
@@ -23,7 +26,7 @@ from imucal_wizard.acquire.silent_samples import (
     silent_note,
 )
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
@@ -50,7 +53,7 @@ def known_by_all_readings(samples: FileSamples, guesses: Mapping[str, UnitGuess]
         samples: of one file.
         guesses: the units that were guessed from its first rows, by sensor.
     """
-    samples = _evenly_timed(_measured_once(_without_silent(samples)))
+    samples = _evenly_timed(_without_copies(_measured_once(_without_silent(samples))))
     return _in_unit_of_field(_signed(samples, guesses), guesses)
 
 
@@ -60,20 +63,47 @@ def _measured_once(samples: FileSamples) -> FileSamples:
     The steps between the repeats look like noise, and the repeats themselves like the end of the
     range. A magnetometer's are left to its fit.
     """
-    main = next((samples.series[name] for name in INERTIAL if name in samples.series), None)
-    if main is None:
-        return samples
-    own = [name for name in INERTIAL if name in samples.series]
-    if any(samples.series[name].time is not main.time for name in own):  # not read together
-        return samples
-    rows = measured_rows(*(samples.series[name].values for name in own))
+    together = _together(samples)
+    rows = measured_rows(*(one.values for one in together.values())) if together else None
     if rows is None:
         return samples
-    time, series = main.time[rows], dict(samples.series)
-    for name in own:
-        series[name] = replace(series[name], time=time, values=series[name].values[rows])
-    note = repeats_note(" and the ".join(own), len(main) / len(rows))
+    count = len(next(iter(together.values())))
+    note = repeats_note(" and the ".join(together), count / len(rows))
+    return _with_rows(samples, together, rows, note)
+
+
+def _together(samples: FileSamples) -> dict[str, Series]:
+    """The inertial sensors, if they are read together; empty if not."""
+    own = {name: samples.series[name] for name in INERTIAL if name in samples.series}
+    times = {id(one.time) for one in own.values()}
+    return own if len(times) == 1 else {}
+
+
+def _with_rows(
+    samples: FileSamples, together: Mapping[str, Series], rows: IntArray, note: Sequence[str]
+) -> FileSamples:
+    """The samples with some of those of sensors that are read together, and a note."""
+    series = dict(samples.series)
+    time = next(iter(together.values())).time[rows]
+    for name, one in together.items():
+        series[name] = replace(one, time=time, values=one.values[rows])
     return FileSamples(series, (*samples.warnings, *note))
+
+
+def _without_copies(samples: FileSamples) -> FileSamples:
+    """Without blocks of samples that are exact copies of the block before them."""
+    together = _together(samples)
+    if not together:
+        return samples
+    blocks = copies(np.concatenate([one.values for one in together.values()], axis=1))
+    if not blocks:
+        return samples
+    time = next(iter(together.values())).time
+    kept = np.ones(len(time), bool)
+    for one in blocks:
+        kept[one.first : one.first + one.size] = False
+    note = copies_note(time, blocks)
+    return _with_rows(samples, together, np.flatnonzero(kept), (note,))
 
 
 def _evenly_timed(samples: FileSamples) -> FileSamples:

@@ -39,7 +39,7 @@ def from_faces(data: Magnitudes, points: FloatArray, rows: IntArray) -> MethodEs
     faces = {name: np.intersect1d(found, rows) for name, found in data.faces.items()}
     means = {name: points[found].mean(axis=0) for name, found in faces.items() if len(found)}
     bias, sensitivity = six_position(means, 1.0)
-    return MethodEstimate(np.diag(1.0 / sensitivity), bias)
+    return MethodEstimate(np.diag(1.0 / sensitivity), bias, each_axis_alone=True)
 
 
 def six_position(faces: Mapping[str, FloatArray], gravity: float) -> tuple[FloatArray, FloatArray]:

@@ -30,6 +30,7 @@ class BiasTemperature(BiasEffect):
     family = "slow-bias"
     against = "temperature"
     kind = "time"
+    aliases_while_settling = ("thermal-lag",)
     title = "temperature coefficient of the bias"
     equation = "ε_i = b₁ᵢ (T − T₀)"
     order = 30

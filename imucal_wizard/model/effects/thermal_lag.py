@@ -28,6 +28,7 @@ class ThermalLag(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
+    aliases_while_settling = ("bias-temperature", "warm-up")
     title = "lag of the bias behind the temperature"
     equation = "ε_i = −τᵢ k dT/dt"
     order = 35

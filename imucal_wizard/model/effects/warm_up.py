@@ -34,6 +34,7 @@ class WarmUp(BiasEffect):
     family = "slow-bias"
     against = "time"
     kind = "time"
+    aliases_while_settling = ("thermal-lag",)
     graded = True
     title = "warm-up after power-on"
     equation = "ε_i = Wᵢ exp(−t/τ)"

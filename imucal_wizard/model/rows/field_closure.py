@@ -141,15 +141,20 @@ class FieldClosure(RowSource):
         return self.by_gravity.undetermined
 
     @property
+    def decided(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return self.by_gravity.decided
+
+    @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return (1.0,) * len(self.shared)
 
-    def under(self, up: FloatArray, doubt: FloatArray, usual: int) -> "FieldClosure":
+    def under(self, up: FloatArray, doubt: FloatArray, usual: int, decided: int) -> "FieldClosure":
         """See ``RowSource``; the field's direction stays that of the alignment."""
         before, after = up[self.holds[:, 0]], up[self.holds[:, 1]]
         moved = replace(self, by_gravity=replace(self.by_gravity, before=before, after=after))
-        return moved.doubting(doubt, usual)
+        return moved.doubting(doubt, usual, decided)
 
     def on_earth(self, earth: EarthAxes) -> "FieldClosure":
         """See ``RowSource``."""
@@ -157,7 +162,7 @@ class FieldClosure(RowSource):
         gravity, field = (replace(one, earth=rates) for one in (self.by_gravity, self.by_field))
         return replace(self, by_gravity=gravity, by_field=field)
 
-    def doubting(self, doubt: FloatArray, usual: int) -> "FieldClosure":
+    def doubting(self, doubt: FloatArray, usual: int, decided: int) -> "FieldClosure":
         """The same rows with other errors of the accelerometer, by the arguments of ``under``."""
         first, last = self.holds.T
         turned = np.einsum("ihj,hjk->ik", self.leaning, doubt)
@@ -167,7 +172,11 @@ class FieldClosure(RowSource):
             return np.concatenate([by_up, self.field_doubt[hold]], axis=2)
 
         gravity = replace(
-            self.by_gravity, before_doubt=doubt[first], after_doubt=doubt[last], usual=usual
+            self.by_gravity,
+            before_doubt=doubt[first],
+            after_doubt=doubt[last],
+            usual=usual,
+            left_open=decided,
         )
         field = self.by_field
         field = replace(

@@ -343,6 +343,7 @@ class GravityClosure(RowSource):
         holds: numbers of the holds before and after each, shape (m, 2).
         tilts: variance of each component of the direction measured in each hold, rad², shape (h,).
         usual: how many of the k ways, the last, nothing measured: parameters of usual size.
+        left_open: how many of these, the first, are left to these rows.
         up: up at the hold before each, where ``before`` is another direction, shape (m, 3).
         earth: rate in the hold before by each part of the Earth's rate of usual size, shape
             (m, 3, p); None where it is left out.
@@ -365,6 +366,7 @@ class GravityClosure(RowSource):
     holds: IntArray = field(default_factory=lambda: np.zeros((0, 2), np.int64))
     tilts: FloatArray = field(default_factory=lambda: np.zeros(0))
     usual: int = 0
+    left_open: int = 0
     up: FloatArray | None = None
     earth: FloatArray | None = None
     basis: FloatArray = field(init=False)
@@ -433,6 +435,11 @@ class GravityClosure(RowSource):
         """See ``RowSource``."""
         names = reference_names(self.before_doubt)
         return (*names[len(names) - self.usual :], *earth_names(self.earth))
+
+    @property
+    def decided(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
+        """See ``RowSource``."""
+        return self.undetermined[: self.left_open]
 
     @property
     def shared_precision(self) -> tuple[float, ...]:  # type: ignore[override]  # as above

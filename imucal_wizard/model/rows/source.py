@@ -182,6 +182,7 @@ class RowSource(ABC):
         shared: names of the shared parameters that move its rows.
         shared_precision: precision of the prior of each, 0 where it is free.
         undetermined: names of those whose prior is a usual size that nothing measured: no noise.
+        decided: names of those of these that the rows decide: their values are fitted and no error.
         bounded: names of those whose size is never far above the usual one, see ``Effect``.
         slow: names of those that are slow noise estimated from the rows themselves. They weigh the
             rows that share it; no reported error is freed from it, and no floor holds it.
@@ -208,6 +209,7 @@ class RowSource(ABC):
     shared_precision: tuple[float, ...] = ()
     undetermined: tuple[str, ...] = ()
     bounded: tuple[str, ...] = ()
+    decided: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
     exact_slope: bool = True
 
@@ -246,7 +248,7 @@ class RowSource(ABC):
             near: the rows of a calibration close by, from which effects may be evaluated.
         """
 
-    def under(self, up: FloatArray, doubt: FloatArray, usual: int) -> "RowSource":
+    def under(self, up: FloatArray, doubt: FloatArray, usual: int, decided: int) -> "RowSource":
         """The same rows with other directions of gravity in the holds.
 
         Args:
@@ -254,8 +256,9 @@ class RowSource(ABC):
             doubt: change of ``up`` with each of the k ways in which the accelerometer may be wrong
                 by one standard deviation, shape (h, 3, k).
             usual: how many of them, the last, nothing measured: parameters of usual size.
+            decided: how many of these, the first, are left to the rotations.
         """
-        del up, doubt, usual  # for rows that rest on gravity
+        del up, doubt, usual, decided  # for rows that rest on gravity
         return self
 
     def on_earth(self, earth: EarthAxes) -> "RowSource":

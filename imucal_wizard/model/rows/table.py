@@ -30,7 +30,7 @@ class ResidualTable:
             determine the model.
         columns: derivative of the residual by the fitted parameters, shape (n, p).
         names: of these parameters.
-        precision: of their priors, 0 where there is none, shape (p,).
+        prior: inverse covariance of these parameters by all but these rows, shape (p, p).
         variance: of each independent row as the fit found it, shape (n,).
         own: variance of each independent row by measured noise alone, shape (n,).
         independent: how independent rows come from these.
@@ -43,7 +43,7 @@ class ResidualTable:
     held_out: FloatArray | None
     columns: FloatArray
     names: tuple[str, ...]
-    precision: FloatArray
+    prior: FloatArray
     variance: FloatArray
     own: FloatArray
     independent: Decorrelation

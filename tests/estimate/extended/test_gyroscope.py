@@ -192,7 +192,8 @@ def test_error_modes_of_the_accelerometer_are_columns_of_the_fit() -> None:
     change = moved.at(at, none).residual - closure.at(at, none).residual
     column = table.columns[table.kind == "rotation", names.index("accelerometer_2")]
     np.testing.assert_allclose(column, change, atol=0.02 * np.abs(change).max())
-    assert table.precision[names.index("accelerometer_2")] == 1.0
+    place = names.index("accelerometer_2")
+    assert table.prior[place, place] == 1.0
 
 
 def test_leaving_a_rotation_out_by_one_step_is_a_refit_without_it() -> None:

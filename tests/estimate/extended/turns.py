@@ -214,9 +214,9 @@ def sizes_by(found: SensorFit, *, moving: bool) -> tuple[FloatArray, FloatArray]
     free = effects | bias | ~found.minimum.reported | moving
     columns = table.columns[np.ix_(rows, free)]
     weighted = table.independent.weighted(columns, table.variance, rows)
-    covariance = inverted(columns.T @ weighted + np.diag(table.precision[free]))
+    covariance = inverted(columns.T @ weighted + table.prior[np.ix_(free, free)])
     value = np.zeros(len(table.names))
     value[effects] = sizes
-    pull = weighted.T @ table.residual[rows] + (table.precision * value)[free]
+    pull = weighted.T @ table.residual[rows] + (table.prior @ value)[free]
     own = effects[free]
     return sizes - (covariance @ pull)[own], covariance[np.ix_(own, own)]
