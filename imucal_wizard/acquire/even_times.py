@@ -26,7 +26,7 @@ _MAX_WANDER = 0.3
 _MIN_RESULTANT = 0.3
 """Mean resultant length of the phases of so many samples, below which they lie about no even times:
 a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
-_SURE = 3.0
+_LEVEL_SIGMAS = 3.0
 """Standard deviations by which a course differs from a level one if it is not level."""
 JITTER_NOTE = (
     "the times jitter about even ones, as if they were rounded or taken on arrival: the even ones "
@@ -170,7 +170,7 @@ def _course(time: FloatArray, period: float) -> tuple[FloatArray, FloatArray, Fl
     while 4 * (reach := 10 * reach) < len(time):
         level = np.unwrap(np.angle(wider := _running_mean(phases, reach)))
         parts = 5.0 * len(time) / reach
-        chance = float(late.var()) * 5.0 / reach * (1.0 + _SURE * np.sqrt(2.0 / parts))
+        chance = float(late.var()) * 5.0 / reach * (1.0 + _LEVEL_SIGMAS * np.sqrt(2.0 / parts))
         if float(np.var(slow - level)) > chance:
             break
         late, slow = np.angle(phases * wider.conj()), level
