@@ -75,6 +75,7 @@ class WhitenedResiduals:
         table: its rows.
         residual: whitened, shape (n,).
         base: whitened derivative by all parameters that are in the model, shape (n, b).
+        held: square root of the precision of their priors, shape (b,).
         kind: where each row comes from, shape (n,).
         source: index of its hold or rotation, shape (n,).
         direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
@@ -96,6 +97,7 @@ class WhitenedResiduals:
     table: ResidualTable
     residual: FloatArray
     base: FloatArray
+    held: FloatArray
     kind: IntArray
     source: IntArray
     direction: FloatArray
@@ -208,6 +210,7 @@ def whitened_rows(
         table=table,
         residual=table.whitened(table.residual - table.columns @ sizes),
         base=columns[:, seen],
+        held=np.sqrt(precision[seen]),
         kind=kind,
         source=table.index,
         direction=table.direction,

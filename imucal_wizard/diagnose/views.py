@@ -396,8 +396,13 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
 def freed(
     misfit: WhitenedResiduals, others: FloatArray, pattern: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Residual and pattern without what the base and other columns absorb, whitened, (n,) each."""
-    across = _across(np.concatenate([misfit.base, others], axis=1))
+    """Residual and pattern without what the base and other columns absorb, whitened, (n,) each.
+
+    A parameter that a prior holds absorbs what its prior allows.
+    """
+    count, priors = len(misfit), np.diag(misfit.held)[misfit.held > 0.0]
+    rows = np.block([[misfit.base, others], [priors, np.zeros((len(priors), others.shape[1]))]])
+    across = _across(rows)[:count]
     return across @ (across.T @ misfit.residual), across @ (across.T @ pattern)
 
 

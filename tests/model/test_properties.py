@@ -139,9 +139,10 @@ def test_a_lesson_names_what_looks_like_the_effect(effect: Effect, sensor: str) 
     family = {
         one.name for one in builtin_effects() if effect.family and one.family == effect.family
     }
-    wanted = (family | set(effect.aliases)) & others
+    exactly = {*effect.aliases, *effect.aliases_while_settling} & others
+    wanted = (family & others) | exactly
     assert {name for name in others if name in re.split(r"[ ,.:]+", alike)} == wanted
-    assert ("Exactly" in alike) is bool(set(effect.aliases) & others)
+    assert ("Exactly" in alike) is bool(exactly)
 
 
 @each

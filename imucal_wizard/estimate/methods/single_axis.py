@@ -163,9 +163,8 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
     if len(rows) < len(found):
         missing = ", ".join(axis for axis, row in found.items() if row is None)
         raise DataError(
-            f"the {method} approach needs rotations about one axis at a time, with that axis "
-            "level: gravity does not show a rotation about an axis that points up. Too few about "
-            f"{missing}. Use the method vector, or add such rotations"
+            f"the {method} approach needs rotations about one level axis at a time, and there are "
+            f"too few about {missing}: use the method vector, or add such rotations"
         )
     matrix, bias = _correction(rows, data.channels)
     closure = data.closure(matrix, bias)
