@@ -94,7 +94,14 @@ class HoldCapture:
         rest = None if limits is None else limits.gyroscope_mean
         most = math.radians(MIN_TURN_DEG) if context.units.gyroscope_known else 0.0
         steps = context.resolution.steps
-        return self._builder.hold(context.up_estimate.radius, *steps, (rest, most), kept)
+        hold = self._builder.hold(context.up_estimate.radius, *steps, (rest, most), kept)
+        if hold is None or hold.gyroscope is None or rest is None:
+            return hold
+        if limits is None or limits.rate is None:
+            return hold
+        # limits that were widened allow for more noise, and not for a hold that turns
+        turns = np.abs(hold.gyroscope - rest) > limits.rate / context.watch.loosened
+        return None if turns.any() else hold
 
     def slow_moment(self, hold: Hold) -> bool:
         """Whether a hold is only a slow moment of a device that has not been put down.

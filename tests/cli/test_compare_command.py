@@ -112,7 +112,7 @@ def test_a_method_that_finds_nothing_says_why(
     assert rows["vector"]["why"] is None
     for method in ("static", "dynamic"):
         assert rows[method]["result"] is None
-        assert "about one axis at a time, with that axis level" in rows[method]["why"]
+        assert "about one level axis at a time" in rows[method]["why"]
     assert cli.main(["fit", str(path), "--gyro-method", "offset"]) == 0
     text = capsys.readouterr().out
     assert "(offset)" in text
