@@ -31,6 +31,9 @@ from imucal_wizard.model.rows.source import Parameters
 MIN_ROTATIONS_WITH_JUMPS = 20
 """Rotations from which on the one with the largest jump is another than the one that does not agree
 with the rest in 19 cases of 20, unless the jump is the reason."""
+MIN_FALL_WITHOUT = 0.9
+"""Share of what all rotations leave, above which one of them is not the reason, so that no fit
+without it is tried."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 
@@ -99,11 +102,15 @@ def without_lost_samples(
     Returns:
         The fit, and the rotations with the problem named.
     """
-    usable = found.experiment.rotations.usable.tolist()
-    if len(usable) < MIN_ROTATIONS_WITH_JUMPS or _agree(found):
+    usable, table = found.experiment.rotations.usable.tolist(), residual_table(found)
+    every = lack_without(table, np.zeros(0, np.int64))
+    if len(usable) < MIN_ROTATIONS_WITH_JUMPS or every.within_noise:
         return found, list(rotations)
     jumps = [_jump(rotations[place]) for place in usable]
     worst = max(range(len(usable)), key=lambda place: jumps[place][0])
+    own = np.flatnonzero((table.kind == found.experiment.closure.kind) & (table.index == worst))
+    if lack_without(table, own).ratio > MIN_FALL_WITHOUT * every.ratio:
+        return found, list(rotations)
     size, seconds = jumps[worst][1:]
     number, left = usable[worst], list(rotations)
     jump = quantity(size, found.experiment.unit, 2)
@@ -116,12 +123,8 @@ def without_lost_samples(
         without = again(left)
     except DataError:
         return found, list(rotations)
-    return (without, left) if _agree(without) else (found, list(rotations))
-
-
-def _agree(found: Minimum[GyroscopeExperiment]) -> bool:
-    """Whether noise makes what the fit leaves."""
-    return lack_without(residual_table(found), np.zeros(0, np.int64)).within_noise
+    agree = lack_without(residual_table(without), np.zeros(0, np.int64)).within_noise
+    return (without, left) if agree else (found, list(rotations))
 
 
 def _jump(rotation: Rotation) -> tuple[float, float, float]:
