@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.quantities import listed, number, quantity, size_with_unit
+from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.change_text import change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
@@ -539,12 +539,13 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
         )
-    if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
+    # one of several that were added together may well make things worse alone
+    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
+    if newest is not None and newest not in together and not bench.confirmed():
         sentences.append(
-            f"{_capital(bench.ladder[-1].added)} was added by hand, but {why_not_confirmed(bench)}."
-            " Take it out again."
+            f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."
         )
-    sentences += [f"{_capital(why)}." for why in bench.refused]
+    sentences += map(as_sentence, bench.refused)
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
 
