@@ -396,6 +396,15 @@ def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
             assert not re.search(r"[0-9] °(?![C/])", "".join(lines)), "written as 0.1°"
 
 
+def test_the_rests_of_a_gyroscope_are_not_looked_at_as_an_accelerometer(sagged: Benches) -> None:
+    bench = sagged.bench("gyroscope")
+    assert bench is not None
+    said = {view.name: view.look_for for view in views_of(bench.fit)}
+    assert "g-sensitivity" in said["rest-x-force-x"]
+    assert "second-order" not in said["rest-x-force-x"]
+    assert "product of two forces" in said["rest-x-pose"]
+
+
 def test_a_verdict_that_does_not_fit_ends_with_a_sentence(snapshot: BenchSnapshot) -> None:
     more, says = "  … n: all of it", snapshot.diagnosis.says
     whole = " ".join(row.strip() for row in lines(verdict_rows(snapshot, 78, 9)))
