@@ -35,8 +35,8 @@ ERROR_DRAWS = 30_000
 PLANNING_DRAWS = 1_000
 """The same while the next pose is chosen: they then err by a few per cent."""
 LEAST_CHANGE = 1.6
-"""A change that has to be seen makes at least so many times a limit of the user's own: one that just
-makes the limit exceeds it in half of all rechecks, however exact they are."""
+"""A change that has to be seen makes at least so many times a limit of the user's own: one that
+just makes the limit exceeds it in half of all rechecks, however exact they are."""
 
 
 @dataclass(frozen=True)
