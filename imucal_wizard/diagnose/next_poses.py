@@ -230,7 +230,12 @@ def disturbed_row(table: ResidualTable, index: int) -> int:
 
 
 def measured_again(table: ResidualTable, holds: Sequence[int]) -> bool:
-    """Whether each of these holds has another one in its pose that is not among them."""
+    """Whether each of these holds has another one in its pose that is not among them.
+
+    Args:
+        table: the rows.
+        holds: their numbers in the table, see ``RowLabels.index``.
+    """
     pose, index, still = table.pose, table.index, ~table.moving
     others = {*pose[still & ~np.isin(index, holds)].tolist()} - {-1}
     own = [{*pose[still & (index == hold)].tolist()} for hold in holds]

@@ -21,7 +21,13 @@ from imucal_wizard.diagnose.effect_text import (
     sizes_text,
 )
 from imucal_wizard.diagnose.free_curves import shape_of
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
+from imucal_wizard.diagnose.next_poses import (
+    ELSEWHERE,
+    disturbed_row,
+    explanation_of,
+    measured_again,
+    rivals,
+)
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.held_out import items_of
@@ -466,11 +472,14 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     """Spans of the disturbed holds, s, if nothing else is disturbed and others show their poses."""
-    holds, bench = diagnosis.disturbed_holds, diagnosis.bench
+    bench, findings = diagnosis.bench, diagnosis.findings
     others = diagnosis.disturbed_stretches or diagnosis.disturbed_rotations
-    if bench is None or others or not holds or not measured_again(bench.rows, holds):
+    if bench is None or findings is None or others or not diagnosis.disturbed_holds:
         return []
-    rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
+    numbers = findings.opinion.holds
+    if not measured_again(bench.rows, numbers):
+        return []
+    rows = [disturbed_row(bench.rows, one) for one in numbers]
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
