@@ -67,7 +67,7 @@ _COUNTS = NoiseUnits((1.0, "counts/√Hz"), (1.0, "counts"), (60.0, "counts/√h
 _TITLES = {
     "white": "white noise",
     "bias_instability": "bias instability",
-    "random_walk": "rate random walk",
+    "random_walk": "bias random walk",
 }
 
 
