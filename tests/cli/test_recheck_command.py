@@ -513,7 +513,7 @@ def test_a_field_is_judged_beside_effects_of_more_than_the_reading(
 ) -> None:  # fmt: skip
     loose = json.loads((with_field / "cal.json").read_text())
     names = ["x"] if term == "my-square" else ["x", "y", "z"]
-    effect = {"term": term, "sensor": sensor, "equation": "", "unit": unit}
+    effect: dict[str, Any] = {"term": term, "sensor": sensor, "equation": "", "unit": unit}
     effect |= {"parameters": names, "sizes": [0.0] * len(names), "reference_temperature": 25.0}
     loose["sensors"][sensor]["effects"] = [effect]
     place, own = tmp_path / "more.json", tmp_path / "own.py"
