@@ -20,6 +20,7 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.next_poses import disturbed_row
 from imucal_wizard.diagnose.views import noise_word
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
@@ -191,7 +192,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     """
     words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
     if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
-        row = int(np.flatnonzero(table.index == entry.suspect.hold)[0])
+        row = disturbed_row(table, entry.suspect.hold)
         words.append(f"{table.place(row)}: only this one would be wrong; measure it again to check")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")

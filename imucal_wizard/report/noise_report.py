@@ -67,7 +67,7 @@ _COUNTS = NoiseUnits((1.0, "counts/√Hz"), (1.0, "counts"), (60.0, "counts/√h
 _TITLES = {
     "white": "white noise",
     "bias_instability": "bias instability",
-    "random_walk": "rate random walk",
+    "random_walk": "bias random walk",
 }
 
 
@@ -300,7 +300,7 @@ def _sensor_lines(name: str, sensor: SensorAtRest, width: int) -> list[str]:
 
 
 def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
-    """The least Allan deviation, and a plot of those that are known; none before any is."""
+    """The least Allan deviation, rms of the axes, and a plot of those known; none before any is."""
     factor, unit = usual_units(sensor.unit).deviation
     deviation = np.sqrt(np.mean(sensor.allan.variance, axis=1))
     error = np.sqrt(np.mean([fit.error**2 for fit in sensor.fits], axis=0))
@@ -315,7 +315,7 @@ def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
     )
     size = width, height
     rows = _plot(sensor.taus[known], (deviation * factor)[known], (curve * factor)[known], size)
-    caption = f"  Allan deviation in {unit}, mean of the axes; × is the fitted curve"
+    caption = f"  Allan deviation in {unit}, rms of the axes; × is the fitted curve"
     return [head, *rows[:-1], rows[-1].rstrip(), caption]
 
 

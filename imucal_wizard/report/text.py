@@ -11,6 +11,7 @@ from imucal_wizard.core.quantities import (
     fixed,
     limits_text,
     number,
+    plural,
     quantity,
     true_minus,
     unit_sign,
@@ -101,7 +102,7 @@ def _motions(report: FitReport) -> str:
     """Number of rotations, and of those about one axis that was level."""
     count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
     about = f" ({single} of them about one level axis)" if single else ""
-    return f"{len(report.holds)} holds, {count} rotations{about}"
+    return f"{plural(len(report.holds), 'hold')}, {plural(count, 'rotation')}{about}"
 
 
 def _wrapped(text: str) -> str:
@@ -220,7 +221,7 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
     alignment = stage.alignment
     dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
     used = int(alignment.used.sum())
-    where = f"equal in {used} holds to {rms:.2f}° rms"
+    where = f"equal in {plural(used, 'hold')} to {rms:.2f}° rms"
     lines = [
         "SECOND STAGE  alignment of the sensors to one another",
         f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
@@ -235,7 +236,10 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
         )
     left = len(alignment.used) - used
     if left:
-        lines.append(f"  {left} holds do not fit and were left out (iron near them?)")
+        do, were, them = ("does", "was", "it") if left == 1 else ("do", "were", "them")
+        lines.append(
+            f"  {plural(left, 'hold')} {do} not fit and {were} left out (iron near {them}?)"
+        )
     if stage.clock is not None:
         late = true_minus(f"{1e3 * stage.clock.seconds:+.2f}")
         error = f"{1e3 * stage.clock.standard_error:.2f}"

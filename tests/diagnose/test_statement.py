@@ -12,6 +12,7 @@ from imucal_wizard.core.notices import begun
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.bench import Found
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import sizes_text
@@ -294,6 +295,17 @@ def test_a_term_added_by_hand_that_does_not_help_is_regretted() -> None:
     said = diagnose_benches(benches(), {"accelerometer": ["cross-product"]}, automatic=False)[0]
     assert "held-out data do not confirm it" in said.says
     assert "an effect is confirmed by a fall of more than 3 %" in said.says
+
+
+def test_what_was_added_together_is_not_regretted_one_by_one() -> None:
+    made = benches()
+    bench = made.accelerometer
+    for name in ("second-order", "cross-product"):
+        bench.add(name)
+    assert not bench.confirmed()
+    assert "Cross-product was added, but" in statement_of(made).says
+    bench.keep([Found(one, "", "") for one in ("second-order", "cross-product")])
+    assert "was added, but" not in statement_of(made).says
 
 
 def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:
