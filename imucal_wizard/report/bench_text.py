@@ -344,7 +344,7 @@ def _floors(rung: Rung) -> str:
     if floors.rounding is not None:
         dithered = ", averaged out by the noise" if floors.dithered else ""
         rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
-    repeats, found = "no direction was held twice", floors.repeats
+    repeats, found = "none (no direction was held twice)", floors.repeats
     if found is not None:
         word = "within the noise" if found.repeatable else "more than the noise"
         rms = quantity(found.rms, found.unit)

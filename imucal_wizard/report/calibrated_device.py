@@ -589,14 +589,15 @@ def check_table(calibration: Calibration, table: KnownRates) -> None:
 
 
 def _coefficient(name: str, sensor: Sensor) -> FloatArray | None:
-    """Standard error of the temperature coefficient of each bias, SI/°C; None without one."""
+    """Standard error of the temperature coefficient of each bias, SI/°C; None where unknown."""
     term = "bias-temperature"
     if term not in sensor.model:
         return None
     one = effect(term)
     size = one.sizes[name].si if isinstance(one, AxisEffect) else 1.0
-    each = (sensor.parameters.get(f"{term}_{axis}") for axis in AXES)
-    return np.array([size * (0.0 if p is None else p.standard_error or 0.0) for p in each])
+    found = (sensor.parameters.get(f"{term}_{axis}") for axis in AXES)
+    errors = [None if one is None else one.standard_error for one in found]
+    return None if None in errors else size * np.array(errors, float)
 
 
 def _seat(sensor: Sensor, unit: str) -> float:

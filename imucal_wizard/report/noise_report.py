@@ -142,11 +142,10 @@ def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
 
 
 def _axes_together(sensor: SensorAtRest, name: str) -> float | None:
-    """Root mean square of a coefficient over the axes; None if no axis determines it."""
+    """Root mean square of a coefficient over the axes that determine it; None if none does."""
     found = [fit.coefficients[name] for fit in sensor.fits]
-    if not any(one.determined for one in found):
-        return None
-    return root_mean_square(np.array([one.value for one in found]))
+    known = [one.value for one in found if one.determined]
+    return root_mean_square(np.array(known)) if known else None
 
 
 def _kalibr(sensor: SensorAtRest) -> dict[str, float | None] | None:
@@ -206,20 +205,24 @@ def _fault(error: Exception) -> str:
 
 
 def noise_for_export(document: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """White noise and random walk of each sensor for other programs, SI, rms over the axes.
+    """White noise and random walk of each sensor for other programs, SI.
 
-    What no axis determines is left out, and so are sensors that send counts.
+    Each is the rms over the axes that determine it. What no axis determines is left out, and so are
+    sensors that send counts.
     """
     found: dict[str, dict[str, float]] = {}
     for name, sensor in document["sensors"].items():
         if sensor["units"].get("deviation") not in _PX4:
             continue
-        axes = sensor["axes"].values()
-        found[name] = {
-            key: root_mean_square(np.array([float(axis[key]) for axis in axes]))
+        known = {
+            key: [
+                float(axis[key])
+                for axis in sensor["axes"].values()
+                if key not in axis.get("not_determined", ())
+            ]
             for key in ("white", "random_walk")
-            if any(key not in axis.get("not_determined", ()) for axis in axes)
         }
+        found[name] = {key: root_mean_square(np.array(one)) for key, one in known.items() if one}
     return found
 
 

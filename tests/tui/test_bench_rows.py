@@ -308,7 +308,7 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     bench.add("second-order")
     rows = " ".join(lines(next_rows(bench_snapshot(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
-    assert "The size here is about 5." in rows
+    assert "The size here is about 5.0 mg/g²." in rows
 
 
 @pytest.mark.parametrize(
