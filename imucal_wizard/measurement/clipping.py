@@ -399,8 +399,9 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
             notes.append(Notice(text, NoticeKind.STUCK_HOLDS, "accelerometer"))
     if ends:
         text = (
-            f"the accelerometer's {', '.join(ends)}, without any noise: the end of its range; these "
-            f"readings are wrong and not used: {CLIPPING_ADVICE['accelerometer']}, and measure again"
+            f"the accelerometer's {', '.join(ends)}, without any noise: the end of its range; "
+            f"these readings are wrong and not used: {CLIPPING_ADVICE['accelerometer']}, and "
+            "measure again"
         )
         notes.insert(0, Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
     return notes, wrong
