@@ -186,7 +186,7 @@ def _calibration_rows(history: DeviceHistory) -> str:
         about = "  ".join(text for text in (one.place, one.operator, one.note) if text)
         if about:
             rows.append(f"{'':12}{about}")
-    first = "as found: error with the previous calibration; of the first, without a calibration"
+    first = "as found: error with the previous calibration; of the first, without any"
     return "\n".join([*rows, first])
 
 
