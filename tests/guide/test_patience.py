@@ -4,7 +4,8 @@ import pytest
 
 from imucal_wizard.core.limits.procedure import MAX_LOOSENED
 from imucal_wizard.guide.kinds import Act, EventKind, StepKind
-from tests.guide.device import Device, kinds, machine_at, standard, texts
+from imucal_wizard.guide.plan import standard
+from tests.guide.device import Device, kinds, machine_at, texts
 
 
 def test_the_axis_that_moves_is_named_with_its_value_and_limit() -> None:
