@@ -316,7 +316,10 @@ def refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"
-    return f"only the fitted error fell, the held-out error did not fall by {MIN_FALL_TEXT}"
+    if falls(below.rms_held_out, above.rms_held_out):
+        return f"in units of the noise, the held-out error did not fall by {MIN_FALL_TEXT}"
+    only = "only the fitted error fell, " if above.rms_fitted < below.rms_fitted else ""
+    return f"{only}the held-out error did not fall by {MIN_FALL_TEXT}"
 
 
 def _step_name(ladder: Sequence[Rung], place: int) -> str:

@@ -368,7 +368,7 @@ def difference_table(
     lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
     lines += [table_row(cells, widths) if cells else "" for cells in table]
     what = "scatter more than their standard errors predict" if many else "differ"
-    expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.1f} expected by chance)"
+    expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.2g} expected by chance)"
     lines += [
         "",
         f"▸ {marked} of {total} parameters {what}",

@@ -86,15 +86,10 @@ def _grades(
 
 
 def errors_text(fit: SensorFit) -> str:
-    """The error held out, or fitted where nothing could be held out, beside the noise.
-
-    A fit with as many parameters as data leaves nothing to judge it by.
-    """
-    error, floor, of = fit.rms_held_out, fit.floor, "held out"
-    if error is None and fit.minimum is not None and fit.degrees_of_freedom == 0:
-        return "the error is not known"
+    """The error by which a fit is judged, beside the noise."""
+    error, floor, of = fit.error_and_floor
     if error is None:
-        error, floor, of = fit.rms_fitted, fit.floor_fitted, "fitted"
+        return "the error is not known"
     return f"{quantity(error, fit.unit)} {of}, noise {quantity(floor, fit.unit)}"
 
 
@@ -112,7 +107,7 @@ def _wrapped(text: str) -> str:
 def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
-    errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
+    errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.error_and_floor[1])
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
     limits = limits_text(fit.held_out_interval, fit.unit)
     likely = f" (90 %: {limits})" if limits else ""

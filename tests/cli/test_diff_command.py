@@ -65,7 +65,7 @@ def test_two_calibrations_differ_by_their_errors_together(
     assert notes == []
     assert cli.main(["diff", str(first), str(second)]) == 0
     said = capsys.readouterr().out
-    assert "▸ 0 of 2 parameters differ" in said
+    assert "▸ 0 of 2 parameters differ\n  (p < 0.01; 0.02 expected by chance)" in said
     row = next(line.split() for line in said.splitlines() if "bias_x" in line)
     assert row == ["bias_x", "[mg]", "20.39", "21.41", "1.02", "±", "0.51", "5.0", "0.053"]
 

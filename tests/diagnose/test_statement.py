@@ -10,6 +10,7 @@ import pytest
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.notices import begun
 from imucal_wizard.core.poses import FACES
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Found
@@ -36,7 +37,7 @@ from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
-from imucal_wizard.report.text import errors_text
+from imucal_wizard.report.text import errors_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
@@ -231,6 +232,18 @@ def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
     said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
     assert said.bench is not None
     assert errors_text(said.bench.fit) == "the error is not known"
+
+
+def test_an_error_that_is_only_fitted_has_the_same_noise_in_all_lines() -> None:
+    report, readings = fitted(seed=5)
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    few = refitted(report, faces, readings)
+    fit = few.sensors["accelerometer"]
+    assert fit.rms_held_out is None
+    assert fit.degrees_of_freedom
+    noise = quantity(fit.floor_fitted, fit.unit)
+    assert errors_text(fit).endswith(f"fitted, noise {noise}")
+    assert f"held out not known, noise {noise}" in " ".join(summary(few).split())
 
 
 def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:

@@ -224,6 +224,12 @@ def test_a_rung_whose_held_out_error_rose_is_marked(snapshot: BenchSnapshot) -> 
                     )  # fmt: skip
     unit = snapshot.fit.unit
     assert "▲ only the fitted error fell" in "\n".join(ladder_rows((first, worse), unit, 76))
+    more = replace(worse, rms_fitted=1.1 * first.rms_fitted)
+    rows = "\n".join(ladder_rows((first, more), unit, 76))
+    assert "▲ the held-out error did not fall by 3 %" in rows
+    shown = replace(worse, rms_held_out=0.9 * held_out)
+    rows = "\n".join(ladder_rows((first, shown), unit, 76))
+    assert "▲ in units of the noise, the held-out error did not fall by 3 %" in rows
     late = replace(worse, held_out_in_noise=0.9)
     assert "does not predict the late part" in "\n".join(ladder_rows((first, late), unit, 76))
     better = replace(worse, rms_held_out=0.5 * held_out, confirmed=True)
