@@ -104,13 +104,24 @@ def _wrapped(text: str) -> str:
     return textwrap.fill(text, TEXT_COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
+def interval_text(fit: SensorFit) -> str:
+    """Where the error of new data lies nine times in ten, ``90 %: 0.121 to 0.188 mg``; or "".
+
+    With few data, those left out have a worse fit than new ones: their error may lie above.
+    """
+    limits, out = fit.held_out_interval, fit.rms_held_out
+    above = limits is not None and out is not None and out > limits[1]
+    text = limits_text(limits, fit.unit)
+    return f"{'new data, ' * above}90 %: {text}" if text else ""
+
+
 def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.error_and_floor[1])
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
-    limits = limits_text(fit.held_out_interval, fit.unit)
-    likely = f" (90 %: {limits})" if limits else ""
+    limits = interval_text(fit)
+    likely = f" ({limits})" if limits else ""
     text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
     hidden = ""
     if known is not None and known.could_be is not None:

@@ -37,7 +37,7 @@ from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
-from imucal_wizard.report.text import errors_text, summary
+from imucal_wizard.report.text import errors_text, interval_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
@@ -232,6 +232,15 @@ def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
     said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
     assert said.bench is not None
     assert errors_text(said.bench.fit) == "the error is not known"
+
+
+def test_an_interval_below_the_error_held_out_is_said_to_be_that_of_new_data() -> None:
+    """With few data, those left out have a worse fit than new ones."""
+    fit = replace(fitted(seed=5)[0].sensors["accelerometer"], rms_held_out=2.0)
+    usual = replace(fit, held_out_interval=(1.0, 3.0))
+    above = replace(fit, held_out_interval=(0.1, 1.5))
+    assert interval_text(usual).startswith("90 %: ")
+    assert interval_text(above).startswith("new data, 90 %: ")
 
 
 def test_an_error_that_is_only_fitted_has_the_same_noise_in_all_lines() -> None:
