@@ -122,7 +122,7 @@ def fit_gyroscope(
         odd = replace(found.outlier, index=int(usable[found.outlier.index]))
         found = replace(found, outlier=odd)
     if not silent:  # a motion about a silent axis counts as rest, and as noise of its end
-        found = replace(found, warnings=(*found.warnings, *_noise_notes(experiment)))
+        found = replace(found, warnings=(*found.warnings, *noise_notes(experiment)))
 
     # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)
@@ -147,7 +147,7 @@ def fit_gyroscope(
     return GyroscopeReport(result, named, angles, table, warnings, found.outlier)
 
 
-def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
+def noise_notes(experiment: GyroscopeExperiment) -> list[str]:
     """What makes the rotations noisier than the gyroscope, and what to do about it."""
     notes = []
     if experiment.unsteady:
