@@ -182,26 +182,32 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
             rest = [other if k == index else row for index, row in enumerate(rows)]
             matrices[place], biases[place] = _correction(rest, data.channels)
     out = None if needed else np.asarray(data.closure(matrices, biases))
-    return replace(
-        data.full,
+    full = data.full
+    return SensorFit(
+        sensor=full.sensor,
         model=("bias", "scale"),
         method=method,
+        frame=full.frame,
         matrix=matrix,
         bias=bias,
-        parameters=tuple(_parameter(one, rows, data) for one in data.full.parameters),
+        bias_unit=full.bias_unit,
+        parameters=tuple(_parameter(one, rows, data) for one in full.parameters),
+        unit=full.unit,
+        rms_before=full.rms_before,
         rms_fitted=root_mean_square(closure),
         rms_held_out=None if out is None else root_mean_square(out),
-        held_out_interval=None,
         not_held_out=""
         if out is not None
         else f"the {method} approach needs every rotation about {', '.join(needed)}, so none "
         "could be left out to check it: add some",
+        floor=full.floor,
+        floor_fitted=full.floor_fitted,
         residuals=np.linalg.norm(closure, axis=1),
         held_out=None if out is None else np.linalg.norm(out, axis=1),
-        covariance=None,
         warnings=(f"the {method} approach leaves all cross-axis gains at their nominal value",),
         degrees_of_freedom=max(min(map(len, axes.values())) - FITTED[method], 0),
-        suspects=(),
+        repeatability=full.repeatability,
+        slow_noise_measured=full.slow_noise_measured,
     )
 
 
