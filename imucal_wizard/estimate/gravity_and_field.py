@@ -14,6 +14,7 @@ from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_la
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
@@ -229,7 +230,8 @@ def with_gyroscope(
         and (holds[turn.before].start, holds[turn.after].start) not in faulty
     ]
     if len(turns) < MIN_SEGMENTS:
-        note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
+        some = f"{plural(len(turns), 'rotation')} with the field known at both ends"
+        note = f"too few to close the gyroscope by both references: {some}"
         return replace(stage, notes=(*stage.notes, note)), fit_before
     try:
         if fit_before.experiment is None:

@@ -137,7 +137,7 @@ def test_a_device_in_the_hand_is_refused(
 
 @pytest.mark.parametrize("sensors", ["accelerometer", "both"])
 def test_a_device_that_never_rests_is_refused_for_its_motion(sensors: str) -> None:
-    """No sample of the accelerometer is at rest; the even turning of the gyroscope looks like it."""
+    """No sample of the accelerometer is at rest; a gyroscope that turns evenly seems to be."""
     time = np.arange(30_000) / RATE
     tilt = 0.3 * np.sin(2.0 * np.pi * time / 3.0) + 0.2 * np.sin(2.0 * np.pi * time / 1.7)
     noise = three_axes(8114, 2 * len(time), RATE, white=TRUE_WHITE).reshape(2, -1, 3)
