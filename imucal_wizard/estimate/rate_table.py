@@ -392,10 +392,10 @@ def fit_with_table(
     if gyroscope is not None:
         replaced.update(gyroscope.warnings)
     notes = tuple(text for text in report.warnings if text not in replaced)
-    odd = report.outlier_notes
+    odd = dict(report.outlier_notes)
     if found is None:
         found = fit_rate_table(data, series, readings, force)
-        odd = {name: text for name, text in odd.items() if name != GYROSCOPE}
+        odd.pop(GYROSCOPE, None)
     wrong: list[str] = []
     if series.unit != COUNT:
         wrong = scale_notes(float(np.linalg.norm(found.matrix) / np.sqrt(3.0)), 0.0)
