@@ -90,7 +90,7 @@ def errors_text(fit: SensorFit) -> str:
     A fit with as many parameters as data leaves nothing to judge it by.
     """
     error, floor, of = fit.rms_held_out, fit.floor, "held out"
-    if error is None and fit.minimum is not None and fit.degrees_of_freedom == 0:
+    if error is None and fit.degrees_of_freedom == 0:
         return "the error is not known"
     if error is None:
         error, floor, of = fit.rms_fitted, fit.floor_fitted, "fitted"
