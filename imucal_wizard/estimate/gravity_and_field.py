@@ -31,9 +31,9 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
-from imucal_wizard.estimate.second_stage.error_modes import principal
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time
 from imucal_wizard.measurement.gaps import gap_problem
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -282,7 +282,9 @@ def _field_moved(
     alignment = stage.alignment
     own = (readings - found.fit.bias) @ found.fit.matrix.T
     modes = stage.modes.of_field(found.fit, own)
-    shifts = np.column_stack([alignment.shifts[:, : modes.shape[2]], principal(alignment.own)])
+    shifts = np.column_stack(
+        [alignment.shifts[:, : modes.shape[2]], principal_steps(alignment.own)]
+    )
     turned = np.cross(shifts.T, field[:, None], axisc=1)
     turned[:, :, : modes.shape[2]] += np.einsum("ij,njk->nik", alignment.rotation, modes)
     return np.asarray(turned)

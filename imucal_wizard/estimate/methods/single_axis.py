@@ -30,6 +30,7 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import Parameter, SensorFit
+from imucal_wizard.measurement.rotation_angle import unwrapped
 
 MAX_CONDITION = 1e3
 """Condition of eq. 19 beyond which the rotations are all alike: an angle error of 0.1° then makes
@@ -85,7 +86,7 @@ def turn_angle(before: FloatArray, after: FloatArray, axis: int, integrated: flo
         integrated: roughly the same angle from the gyroscope; it decides the whole turns.
     """
     angle = plane_angle(after, axis) - plane_angle(before, axis)
-    return float(angle + 2.0 * np.pi * np.round((integrated - angle) / (2.0 * np.pi)))
+    return unwrapped(angle, integrated)
 
 
 def static_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
