@@ -19,7 +19,12 @@ from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import DataError, RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.noise_survey import NoiseSurvey
-from imucal_wizard.report.noise_report import live_noise_text, progress_line, read_noise
+from imucal_wizard.report.noise_report import (
+    live_noise_text,
+    noise_for_export,
+    progress_line,
+    read_noise,
+)
 from tests.acquire.ports import Pty
 from tests.noise.at_rest import csv_of, three_axes
 from tests.report.devices import calibration
@@ -254,6 +259,16 @@ def test_kalibr_takes_the_measured_noise(
     capsys.readouterr()
     assert main([*command[:-1], str(saved)]) == 2
     assert "is not the result of a noise measurement" in capsys.readouterr().err
+
+
+def test_an_axis_that_does_not_determine_a_noise_is_not_in_that_of_a_sensor() -> None:
+    """Not as nothing: the noise given to another program would be too small."""
+    axis = {"white": 3e-4, "random_walk": 2e-5}
+    unknown = {"white": 3e-4, "random_walk": 0.0, "not_determined": ["random_walk"]}
+    axes = {"x": axis, "y": unknown, "z": unknown}
+    one = {"units": {"deviation": "m/s^2"}, "axes": axes}
+    found = noise_for_export({"sensors": {"accelerometer": one}})["accelerometer"]
+    assert found == pytest.approx(axis)
 
 
 def test_brackets_without_end_are_refused_as_noise(tmp_path: Path) -> None:

@@ -155,7 +155,7 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             "→",
             quantity(fit.rms_fitted, fit.unit),
             Text(quantity(fit.rms_held_out, fit.unit), "bold"),
-            Text(quantity(fit.floor, fit.unit), "dim"),
+            Text(quantity(fit.error_and_floor[1], fit.unit), "dim"),
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
