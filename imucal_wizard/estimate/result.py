@@ -340,7 +340,7 @@ class SensorFit:
         """
         if self.rms_held_out is not None:
             return self.rms_held_out, self.floor, "held out"
-        if self.minimum is not None and self.degrees_of_freedom == 0:
+        if self.degrees_of_freedom == 0:
             return None, None, ""
         return self.rms_fitted, self.floor_fitted, "fitted"
 

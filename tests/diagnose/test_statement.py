@@ -28,7 +28,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
@@ -232,6 +232,8 @@ def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
     said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
     assert said.bench is not None
     assert errors_text(said.bench.fit) == "the error is not known"
+    by_method = fit_accelerometer(tuple(faces.values()), report.gravity, "m/s^2", "newton")
+    assert errors_text(by_method) == "the error is not known"
 
 
 def test_an_interval_below_the_error_held_out_is_said_to_be_that_of_new_data() -> None:

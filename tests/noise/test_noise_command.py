@@ -16,7 +16,7 @@ from scipy import signal
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.long_recording import LongRecording
 from imucal_wizard.cli.main import main
-from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.errors import DataError, RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.noise_survey import NoiseSurvey
 from imucal_wizard.report.noise_report import (
@@ -138,6 +138,21 @@ def test_a_device_in_the_hand_is_refused(
     path = tmp_path / "hand.csv"
     path.write_bytes(csv_of(TIME[:6000], values))
     assert "did not rest" in document(capsys, str(path), status=1)["error"]
+
+
+@pytest.mark.parametrize("sensors", ["accelerometer", "both"])
+def test_a_device_that_never_rests_is_refused_for_its_motion(sensors: str) -> None:
+    """No sample of the accelerometer is at rest; a gyroscope that turns evenly seems to be."""
+    time = np.arange(30_000) / RATE
+    tilt = 0.3 * np.sin(2.0 * np.pi * time / 3.0) + 0.2 * np.sin(2.0 * np.pi * time / 1.7)
+    noise = three_axes(8114, 2 * len(time), RATE, white=TRUE_WHITE).reshape(2, -1, 3)
+    swung = 9.8 * np.column_stack([np.sin(tilt), np.zeros(len(time)), np.cos(tilt)])
+    turning = np.column_stack([np.zeros(len(time)), np.gradient(tilt, time), np.zeros(len(time))])
+    gyroscope = Series(time, turning + noise[1], "rad/s") if sensors == "both" else None
+    survey = NoiseSurvey()
+    survey.feed(Readings(Series(time, swung + noise[0], "m/s^2"), gyroscope))
+    with pytest.raises(DataError, match="accelerometer shows motion in 100 %"):
+        survey.result()
 
 
 @pytest.mark.parametrize("kind", ["filtered", "coarse"])
