@@ -145,20 +145,24 @@ RATIOS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)
 
 
 def joint_hypotheses(
-    first: Hypothesis, second: Hypothesis, log_prior: float | None = None
+    first: Hypothesis,
+    second: Hypothesis,
+    log_prior: float | None = None,
+    ratios: tuple[float, ...] = RATIOS,
 ) -> list[Hypothesis]:
-    """Two effects at once, each on as many of its parameters as given, at every ratio of sizes.
+    """Two effects at once, each on as many of its parameters as given, at some ratios of sizes.
 
     Args:
         first: one of them.
         second: the other one.
         log_prior: logarithm of the prior probability; that of unrelated effects when left out.
+        ratios: how much larger the second one is, against its typical size.
     """
     prior = log_prior
     if prior is None:
         prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
         prior += float(np.log(PRIOR[PAIR]))
-    prior -= float(np.log(len(RATIOS)))
+    prior -= float(np.log(len(ratios)))
     return [
         Hypothesis(
             PAIR,
@@ -172,7 +176,7 @@ def joint_hypotheses(
             paired=False,
             members=(first, second),
         )
-        for ratio in RATIOS
+        for ratio in ratios
     ]
 
 
@@ -182,11 +186,12 @@ changes its bias with the temperature, behind the temperature and with the time 
 addition to the pairs of unrelated effects."""
 
 
-def sibling_hypotheses(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Two effects of one slow family at once, each on all its parameters.
+def siblings(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, Hypothesis, float]]:
+    """Two effects of one slow family at once, each on all its parameters, and their log prior.
 
     Effects of the other families bend a characteristic, and any two make what any characteristic
-    shows at 1 g.
+    shows at 1 g. Of two effects one at most has a setting: the moments of a step with the time
+    constants of a warm-up would be most of the pairs.
     """
     whole: dict[str, list[Hypothesis]] = {}
     for one in hypotheses:
@@ -197,15 +202,13 @@ def sibling_hypotheses(hypotheses: Sequence[Hypothesis]) -> list[Hypothesis]:
         both = [
             (first, second)
             for first, second in itertools.combinations(family, 2)
-            if first.terms != second.terms
+            if first.terms != second.terms and (first.variant is None or second.variant is None)
         ]
-        if not both:
-            continue
-        alone = np.logaddexp.reduce([one.log_prior for one in family])
-        together = np.array([first.log_prior + second.log_prior for first, second in both])
-        together += alone + np.log(SAME_CAUSE) - np.logaddexp.reduce(together)
-        for (first, second), prior in zip(both, together.tolist(), strict=True):
-            made += joint_hypotheses(first, second, prior)
+        if both:
+            alone = np.logaddexp.reduce([one.log_prior for one in family])
+            prior = np.array([first.log_prior + second.log_prior for first, second in both])
+            prior += alone + np.log(SAME_CAUSE) - np.logaddexp.reduce(prior)
+            made += [(*each, own) for each, own in zip(both, prior.tolist(), strict=True)]
     return made
 
 

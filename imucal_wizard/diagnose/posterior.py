@@ -30,7 +30,7 @@ from imucal_wizard.diagnose.hypotheses import (
     effect_hypotheses,
     joint_hypotheses,
     noise_alone,
-    sibling_hypotheses,
+    siblings,
 )
 from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
@@ -45,6 +45,8 @@ MAX_NOISE_PROBABILITY = 0.1
 MIN_SIBLING_SHARE = 1e-5
 """Of the probability of the likeliest explanation, below which two effects of a family are left
 out: they are many, and each costs time wherever explanations are weighed."""
+MAX_SIBLINGS = 12
+"""Pairs of effects of one family, by what they explain at equal sizes, that are weighed at all."""
 MAX_JOINED = 3
 """Effects that are joined with others on all their parameters: each costs as much as the set."""
 
@@ -187,15 +189,23 @@ class HypothesisSet:
             residual: whitened, shape (n,).
             posterior: of the set for this residual.
         """
-        made = sibling_hypotheses(self.single)
-        if not made:
+        both = siblings(self.single)
+        if not both:
             return self
-        found = HypothesisSet(self.frame, (self.single[0], *made)).posterior(residual)
-        odds = np.array([one.log_prior for one in made]) + found.evidence[1:]
-        least = (posterior.evidence + self.log_prior).max() + float(np.log(MIN_SIBLING_SHARE))
-        least = max(least, odds.max() + float(np.log(MIN_SIBLING_SHARE)))
-        likely = [one for one, own in zip(made, odds, strict=True) if own > least]
-        return HypothesisSet(self.frame, (*self.single, *likely), self.pairs) if likely else self
+        # of equal sizes first: every ratio costs as much as all of them
+        equal = [one for each in both for one in joint_hypotheses(*each, ratios=(1.0,))]
+        likely = np.argsort(-self._odds(equal, residual))[:MAX_SIBLINGS]
+        made = [one for place in likely.tolist() for one in joint_hypotheses(*both[place])]
+        odds = self._odds(made, residual)
+        highest = max(float(odds.max()), float((posterior.evidence + self.log_prior).max()))
+        least = highest + float(np.log(MIN_SIBLING_SHARE))
+        kept = [one for one, own in zip(made, odds, strict=True) if own > least]
+        return HypothesisSet(self.frame, (*self.single, *kept), self.pairs) if kept else self
+
+    def _odds(self, made: Sequence[Hypothesis], residual: FloatArray) -> FloatArray:
+        """Prior and evidence of other explanations, in logarithms, shape (h,)."""
+        evidence = HypothesisSet(self.frame, (self.single[0], *made)).posterior(residual).evidence
+        return np.array([one.log_prior for one in made]) + evidence[1:]
 
     def beside(
         self, coordinates: FloatArray, inside: FloatArray, largest_wander: float = np.inf

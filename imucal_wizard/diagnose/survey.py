@@ -53,7 +53,7 @@ def add_by_itself(bench: Bench) -> BenchFindings:
             # what data held out do not confirm is not missing for certain
             last = bench.with_curves(replace(last, opinion=unconfirmed(last.opinion)))
             break
-        said = replace(last, opinion=_proven(last.opinion, added))
+        said = replace(last, opinion=_proven(last.opinion, added, bench))
         bench.keep(reasons_of(bench, added, last.opinion))
         last = bench.look()
     if last.opinion.shapeless:
@@ -112,8 +112,18 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
     return ()
 
 
-def _proven(opinion: Opinion, added: Terms) -> Opinion:
-    """The opinion that led to adding, with what the deed has shown: what was added comes first."""
+def _proven(opinion: Opinion, added: Terms, bench: Bench) -> Opinion:
+    """The opinion that led to adding, with what the deed has shown: what was added comes first.
+
+    Where one effect leaves more than noise, two of its family that are likely may act as well.
+    """
+    family = {one.name: one.family for one in bench.catalogue}
+    if len(added) == len(opinion.families) == 1 and not bench.look().opinion.lack.within_noise:
+        likely = [one for one in opinion.explanations if len(one) > 1]
+        two = [one for one in likely if {family[term] for term in one} == {*opinion.families}]
+        together = tuple(dict.fromkeys([*opinion.together, *two]))
+        verdict = Verdict.AMBIGUOUS if together else opinion.verdict
+        opinion = replace(opinion, verdict=verdict, together=together)
     kept = tuple(
         one for one in zip(opinion.families, opinion.terms, strict=True) if {*added} & {*one[1]}
     )
@@ -206,7 +216,11 @@ def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
     every = (*found.opinion.terms, *found.opinion.together)
     named = {name for members in every for name in members}
     kept = tuple(term.name for term in trial.fit.terms if term.name in named)
-    return replace(found, opinion=_proven(found.opinion, kept), tried=trial.fit) if kept else found
+    return (
+        replace(found, opinion=_proven(found.opinion, kept, trial), tried=trial.fit)
+        if kept
+        else found
+    )
 
 
 def diagnosis_of(
