@@ -560,6 +560,14 @@ def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
     assert "rises and falls" in words
 
 
+def test_two_effects_of_one_slow_family_are_listed_where_one_may_be_enough() -> None:
+    (said,) = diagnose_benches(benches("bias-temperature:3:x", "warm-up:8:x"), {}, automatic=False)
+    assert said.verdict is Verdict.AMBIGUOUS
+    assert ("bias-temperature", "warm-up") in said.explanations
+    assert "cannot separate" in said.says
+    assert " with warm-up" in said.says
+
+
 @pytest.mark.parametrize("name", ["odd-quadratic", "axis-delay"])
 def test_sizes_that_are_known_as_well_alone_are_not_summed(name: str) -> None:
     """Independent sizes; and sizes whose sum is zero by convention."""
