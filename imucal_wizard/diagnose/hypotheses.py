@@ -180,7 +180,7 @@ def joint_hypotheses(
     ]
 
 
-SAME_CAUSE = 0.25
+SAME_CAUSE = 0.1
 """How often two effects of one slow family act, against one of it alone: a device that warms up
 changes its bias with the temperature, behind the temperature and with the time since power-on. In
 addition to the pairs of unrelated effects."""
