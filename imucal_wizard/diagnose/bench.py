@@ -31,7 +31,7 @@ from imucal_wizard.diagnose.residuals import (
     whitened_residuals,
     whitened_rows,
 )
-from imucal_wizard.diagnose.suspects import Suspect, rank
+from imucal_wizard.diagnose.suspects import MIN_ODDS_SETTLED, Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import (
@@ -157,6 +157,7 @@ class BenchFindings:
         opinion: what the evidence carries.
         hypotheses: everything that may explain the misfit.
         posterior: their probabilities.
+        tried: the fit with what was added on trial to see whether it is missing.
     """
 
     fit: SensorFit
@@ -165,6 +166,12 @@ class BenchFindings:
     opinion: Opinion
     hypotheses: HypothesisSet
     posterior: Posterior
+    tried: SensorFit | None = None
+
+    @property
+    def tried_together(self) -> SensorFit | None:
+        """The fit with two effects of one family, where these are named; each alone differs."""
+        return self.tried if self.opinion.twice else None
 
     @cached_property
     def could_be(self) -> float | None:
@@ -319,6 +326,11 @@ class Bench:
             misfit = whitened_residuals(self.fit, shown)
             hypotheses, posterior = explained(misfit)
             suspects = rank(misfit, hypotheses, posterior)
+            settled = _with_setting(misfit, suspects)
+            if settled is not misfit:
+                misfit = settled
+                hypotheses, posterior = explained(misfit)
+                suspects = rank(misfit, hypotheses, posterior)
             hearing = None if self.referee is None else partial(self._hearing, suspects, {})
             lack = misfit.lack_of_fit()
             opinion = judge_misfit(misfit, hypotheses, posterior, hearing, lack)
@@ -680,6 +692,19 @@ class Bench:
             self.ladder[-1] = replace(self.ladder[-1], confirmed=self.confirmed())
         self._findings = None
         return self.ladder[-1]
+
+
+def _with_setting(misfit: WhitenedResiduals, suspects: tuple[Suspect, ...]) -> WhitenedResiduals:
+    """The misfit with the setting that the likeliest suspect settles on among the candidates.
+
+    What lies between two settings tried would look like another effect beside it.
+    """
+    first = suspects[0] if suspects else None
+    if first is None or first.likeliest is None or not first.likeliest.effect.graded:
+        return misfit
+    if first.log_odds < MIN_ODDS_SETTLED or first.candidate is None:
+        return misfit
+    return replace(misfit, candidates=(*misfit.candidates, first.candidate))
 
 
 def _with_splits(suspects: tuple[Suspect, ...], heard: Hearing | None) -> tuple[Suspect, ...]:

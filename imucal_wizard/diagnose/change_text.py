@@ -88,13 +88,17 @@ def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...
     below, above = bench.ladder[-1 - len(added)], bench.ladder[-1]
     change, found = change_held_out(bench.measured, below, above), []
     for name in added:
-        place = next(k for k, members in enumerate(opinion.terms) if name in members)
-        members, decided_by = opinion.terms[place], f"{change.of} left out"
+        # two of a family may have been added where one was named first
+        named = zip(opinion.families, opinion.terms, strict=True)
+        own, members = next((one for one in named if name in one[1]), ("", (name,)))
+        decided_by = f"{change.of} left out"
         family = f"the plainest of {', '.join(members)}: " if len(members) > 1 else ""
         fall = f"the error held out falls from {change.before} to {change.after}{change.alone}"
         reason = f"{family}{fall}"
-        if opinion.families[place] in opinion.decided:
+        if own in opinion.decided:
             decided_by += " and the gyroscope's closure"
         like = tuple(one for one in members if one != name)
+        if len(added) < 2:
+            like += tuple(" with ".join(both) for both in opinion.together)
         found.append(Found(name, reason, decided_by, like))
     return tuple(found)

@@ -21,11 +21,10 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.explained_variance import discriminability
 from imucal_wizard.diagnose.hypotheses import UNKNOWN, visible
 from imucal_wizard.diagnose.noise_draws import EffectInDraws, NoiseDraws, Weighed
-from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, likely_noise, members
 from imucal_wizard.diagnose.verdict import (
-    MAX_NOISE_PROBABILITY,
     MAX_UNKNOWN_PROBABILITY,
     MIN_FAMILY_PROBABILITY,
     needed,

@@ -10,7 +10,7 @@ import numpy as np
 from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median
-from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED
+from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
@@ -26,6 +26,15 @@ MAX_SHARE_UNLIKE_SETTLING = 0.05
 """The same of effects that are aliases while the temperature settles exponentially: by so much the
 slope of a temperature that rises by 4 °C differs from it where a thermometer has steps of a
 sixteenth of a degree (0.034)."""
+
+
+MIN_OTHER_SETTING = 1.5
+"""Ratio of two time constants from which on they make different courses."""
+
+MAX_EVIDENCE_AGAINST = 7.0
+"""Logarithm of the evidence for one effect over that for two which settle, above which the data
+decide: a thousand to one. The sizes of two that look like one need not be a coincidence, as the
+evidence has it: one stress in the package makes both."""
 
 
 class ExplainedVariance:
@@ -88,6 +97,30 @@ class ExplainedVariance:
             if parts
         }
 
+    def taken_beside(self, both: tuple[str, ...]) -> float:
+        """Squares of the noise that the weaker of two effects takes away beside the other one."""
+        pairs, posterior, found = self._hypotheses.pairs, self._posterior, []
+        for one, share, sigma in zip(
+            self._hypotheses.single, posterior.single, posterior.sigma, strict=True
+        ):
+            if one.members and one.terms == both:
+                found.append((float(share), float(sigma), one.members))
+        if pairs is not None:
+            own = [one.terms in [(name,) for name in both] for one in pairs.members]
+            joined = np.array(own)[pairs.first] & np.array(own)[pairs.second]
+            of_two = np.array([one.terms == both[:1] for one in pairs.members])
+            joined &= of_two[pairs.first] ^ of_two[pairs.second]
+            place = int(np.argmax(np.where(joined, posterior.paired, -1.0)))
+            if joined.any():
+                share, sigma = posterior.paired[place], posterior.sigma_paired[place]
+                found.append((float(share), float(sigma), tuple(pairs.both(place))))
+        if not found:
+            return 0.0
+        _, noise, members = max(found, key=lambda each: each[0])
+        patterns = [one.patterns for one in members]
+        alone = max(self._explained([one]) for one in patterns)
+        return (self._explained(patterns) - alone) / max(noise, 1.0) ** 2
+
     def span(self, families: tuple[str, ...]) -> FloatArray:
         """What the likeliest explanation with these families can make, orthonormal, (m, k)."""
         parts, _ = self._likeliest(families)
@@ -110,6 +143,44 @@ class ExplainedVariance:
         """The same of effects that are aliases where the temperature has settled exponentially."""
         names = self._effect(first).aliases_while_settling
         return self._alike(first, names, MAX_SHARE_UNLIKE_SETTLING)
+
+    def instead_of(self, first: str) -> list[tuple[str, ...]]:
+        """Two effects that settle with the temperature and may act where one effect is named.
+
+        An exponential course and another one with a longer time constant nearly make a third one:
+        of two effects whose courses settle, the data may show no more than one that settles between
+        them, or a drift. Both must be needed, and together leave no more than noise.
+        """
+        single, pairs, posterior = self._hypotheses.single, self._hypotheses.pairs, self._posterior
+        evidence = _log(posterior.single) - self._hypotheses.log_prior
+        alone = [k for k, one in enumerate(single) if one.terms == (first,)]
+        named = max(alone, key=lambda k: posterior.single[k])
+        least = evidence[named] - MAX_EVIDENCE_AGAINST
+        likely = [
+            (own, one.members) for own, one in zip(evidence, single, strict=True) if own > least
+        ]
+        if pairs is not None:
+            of_pairs = _log(posterior.paired) - pairs.log_prior
+            likely += [
+                (of_pairs[k], tuple(pairs.both(k)))
+                for k in np.flatnonzero(of_pairs > least).tolist()
+            ]
+        found = {}
+        for _, members in sorted(likely, key=lambda each: -each[0]):
+            names = tuple(sorted(term for one in members for term in one.terms))
+            settling = [bool(self._effect(name).aliases_while_settling) for name in names]
+            if len(names) < 2 or not all(settling) or names in found:
+                continue
+            if len({*names}) > 1 and not any(_alike(one, single[named]) for one in members):
+                found[names] = self._needs_both(members)
+        return [names for names, needed in found.items() if needed]
+
+    def _needs_both(self, members: tuple[Hypothesis, ...]) -> bool:
+        """Whether explanations leave no more than noise together, and more than it each alone."""
+        every = np.concatenate([one.patterns for one in members], axis=1)
+        spans = [_span(every), *(_span(one.patterns) for one in members)]
+        together, *alone = [self.lack_beside(one).within_noise for one in spans]
+        return together and not any(alone)
 
     def _effect(self, name: str) -> Effect:
         return next(one.effect for one in self._misfit.candidates if one.term == name)
@@ -192,6 +263,17 @@ class ExplainedVariance:
         columns = root[:, None] * np.concatenate(patterns, axis=1)
         inside = _span(columns).T @ (root * self.coordinates)
         return float(inside @ inside)
+
+
+def _alike(first: Hypothesis, second: Hypothesis) -> bool:
+    """Whether both are the same effect with about the same setting."""
+    if first.terms != second.terms or first.variant is None or second.variant is None:
+        return first.terms == second.terms
+    return 1.0 / MIN_OTHER_SETTING < first.variant / second.variant < MIN_OTHER_SETTING
+
+
+def _log(share: FloatArray) -> FloatArray:
+    return np.asarray(np.log(np.maximum(share, 1e-300)))
 
 
 def _span(columns: FloatArray) -> FloatArray:

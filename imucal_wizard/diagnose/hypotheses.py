@@ -8,12 +8,14 @@ Besides the effects of the catalogue there are, with priors of their own:
 - for a magnetometer, a field that jumps or differs for a while, as when somebody moves a chair.
 
 Without these hypotheses, every pattern would be attributed to the effect that resembles it most.
-Two effects at once are pairs of single parameters of different families, or two disturbed holds.
+Two effects at once are pairs of single parameters of different families, two courses of one slow
+family on the same axis, or two disturbed holds.
 With the products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z`` of the residual
 (XᵀWr) and t = (s/σ)², the determinant is ``1 + t (a + b) + t² (ab − c²)`` and the quadratic form
 ``(t/σ²) [y² + z² + t (b y² − 2c yz + a z²)]`` over it, so that no matrix has to be decomposed.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -142,10 +144,25 @@ RATIOS = (1.0 / 16.0, 0.25, 1.0, 4.0, 16.0)
 """How much larger, against their typical sizes, one of two effects may be than the other."""
 
 
-def joint_hypotheses(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
-    """Two effects at once, each on as many of its parameters as given, at every ratio of sizes."""
-    prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
-    prior += float(np.log(PRIOR[PAIR] / len(RATIOS)))
+def joint_hypotheses(
+    first: Hypothesis,
+    second: Hypothesis,
+    log_prior: float | None = None,
+    ratios: tuple[float, ...] = RATIOS,
+) -> list[Hypothesis]:
+    """Two effects at once, each on as many of its parameters as given, at some ratios of sizes.
+
+    Args:
+        first: one of them.
+        second: the other one.
+        log_prior: logarithm of the prior probability; that of unrelated effects when left out.
+        ratios: how much larger the second one is, against its typical size.
+    """
+    prior = log_prior
+    if prior is None:
+        prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
+        prior += float(np.log(PRIOR[PAIR]))
+    prior -= float(np.log(len(ratios)))
     return [
         Hypothesis(
             PAIR,
@@ -159,8 +176,40 @@ def joint_hypotheses(first: Hypothesis, second: Hypothesis) -> list[Hypothesis]:
             paired=False,
             members=(first, second),
         )
-        for ratio in RATIOS
+        for ratio in ratios
     ]
+
+
+SAME_CAUSE = 0.1
+"""How often two effects of one slow family act, against one of it alone: a device that warms up
+changes its bias with the temperature, behind the temperature and with the time since power-on. In
+addition to the pairs of unrelated effects."""
+
+
+def siblings(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, Hypothesis, float]]:
+    """Two effects of one slow family at once, each on all its parameters, and their log prior.
+
+    Effects of the other families bend a characteristic, and any two make what any characteristic
+    shows at 1 g. Of two effects one at most has a setting: the moments of a step with the time
+    constants of a warm-up would be most of the pairs.
+    """
+    whole: dict[str, list[Hypothesis]] = {}
+    for one in hypotheses:
+        if one.kind == EFFECT and not one.parameter and one.families[0] not in BENT:
+            whole.setdefault(one.families[0], []).append(one)
+    made = []
+    for family in whole.values():
+        both = [
+            (first, second)
+            for first, second in itertools.combinations(family, 2)
+            if first.terms != second.terms and (first.variant is None or second.variant is None)
+        ]
+        if both:
+            alone = np.logaddexp.reduce([one.log_prior for one in family])
+            prior = np.array([first.log_prior + second.log_prior for first, second in both])
+            prior += alone + np.log(SAME_CAUSE) - np.logaddexp.reduce(prior)
+            made += [(*each, own) for each, own in zip(both, prior.tolist(), strict=True)]
+    return made
 
 
 def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
@@ -272,11 +321,14 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     axis = np.array([one.parameter for one in single])
     wrong = family == DISTURBED
     first, second = np.triu_indices(len(single), 1)
-    keep = (number[first] != number[second]) | (wrong[first] & wrong[second])
+    term = np.array([one.terms[0] if one.terms else "" for one in single])
+    related = (number[first] == number[second]) & (axis[first] == axis[second])
+    related &= (term[first] != term[second]) & ~bent[first]
+    keep = (number[first] != number[second]) | (wrong[first] & wrong[second]) | related
     sparse = np.array([one.sparsely for one in single])
     setting = np.array([one.variant is not None for one in single])
     keep &= ~(sparse[first] & setting[second]) & ~(sparse[second] & setting[first])
-    first, second = first[keep], second[keep]
+    first, second, related = first[keep], second[keep], related[keep]
     if not len(first):
         return None
     both, mixed = wrong[first] & wrong[second], wrong[first] ^ wrong[second]
@@ -286,7 +338,7 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
         (both, TWO_DISTURBED),
         (mixed, WITH_DISTURBED),
         (same, SAME_AXIS),
-        (~both & ~mixed & ~same, rest),
+        (~both & ~mixed & ~same & ~related, rest),
     ]
     shares = np.array([one.log_prior for one in single])
     prior = np.zeros(len(first))
@@ -295,6 +347,11 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
             # a setting among many, as a step's moment, is as likely in a pair as it is alone
             weight = np.exp(shares[first[where]] + shares[second[where]])
             prior[where] = PRIOR[PAIR] * share * weight / weight.sum()
+    for one in np.unique(number[first[related]]):
+        where = related & (number[first] == one)
+        weight = np.exp(shares[first[where]] + shares[second[where]])
+        alone = np.exp(shares[number == one]).sum()
+        prior[where] = SAME_CAUSE * alone * weight / weight.sum()
     patterns = np.concatenate([one.patterns for one in single], axis=1)
     size = np.where(wrong, np.array([one.spreads[1] for one in single]), PAIR_SPREAD)
     return Pairs(patterns * size, first, second, np.log(prior), tuple(single))

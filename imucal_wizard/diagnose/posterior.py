@@ -30,6 +30,7 @@ from imucal_wizard.diagnose.hypotheses import (
     effect_hypotheses,
     joint_hypotheses,
     noise_alone,
+    siblings,
 )
 from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
@@ -39,6 +40,13 @@ MAX_UNKNOWN_ALONE = 0.1
 """Probability of unknown structure up to which no pairs of whole effects are looked for."""
 MIN_NOISE_SHARE = 1e-6
 """Share of the likeliest noise up to which another one is out of the question."""
+MAX_NOISE_PROBABILITY = 0.1
+"""Probability of noise alone above which nothing is claimed."""
+MIN_SIBLING_SHARE = 1e-5
+"""Of the probability of the likeliest explanation, below which two effects of a family are left
+out: they are many, and each costs time wherever explanations are weighed."""
+MAX_SIBLINGS = 12
+"""Pairs of effects of one family, by what they explain at equal sizes, that are weighed at all."""
 MAX_JOINED = 3
 """Effects that are joined with others on all their parameters: each costs as much as the set."""
 
@@ -174,6 +182,31 @@ class HypothesisSet:
                 made += joint_hypotheses(first, other)
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
+    def with_siblings(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
+        """The set with the likely pairs of whole effects of one slow family.
+
+        Args:
+            residual: whitened, shape (n,).
+            posterior: of the set for this residual.
+        """
+        both = siblings(self.single)
+        if not both:
+            return self
+        # of equal sizes first: every ratio costs as much as all of them
+        equal = [one for each in both for one in joint_hypotheses(*each, ratios=(1.0,))]
+        likely = np.argsort(-self._odds(equal, residual))[:MAX_SIBLINGS]
+        made = [one for place in likely.tolist() for one in joint_hypotheses(*both[place])]
+        odds = self._odds(made, residual)
+        highest = max(float(odds.max()), float((posterior.evidence + self.log_prior).max()))
+        least = highest + float(np.log(MIN_SIBLING_SHARE))
+        kept = [one for one, own in zip(made, odds, strict=True) if own > least]
+        return HypothesisSet(self.frame, (*self.single, *kept), self.pairs) if kept else self
+
+    def _odds(self, made: Sequence[Hypothesis], residual: FloatArray) -> FloatArray:
+        """Prior and evidence of other explanations, in logarithms, shape (h,)."""
+        evidence = HypothesisSet(self.frame, (self.single[0], *made)).posterior(residual).evidence
+        return np.array([one.log_prior for one in made]) + evidence[1:]
+
     def beside(
         self, coordinates: FloatArray, inside: FloatArray, largest_wander: float = np.inf
     ) -> dict[str, float]:
@@ -225,7 +258,8 @@ def explained(
 ) -> tuple[HypothesisSet, Posterior]:
     """Everything that may explain a misfit, and the probabilities.
 
-    Where unknown structure is likely, pairs of whole effects are among the explanations.
+    Where noise alone is improbable, pairs of whole effects of one slow family are among the
+    explanations; where unknown structure is likely, other pairs of whole effects, too.
 
     Args:
         misfit: what is left.
@@ -237,6 +271,10 @@ def explained(
     if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
         hypotheses = hypotheses.with_joint(misfit.residual, posterior)
         posterior = hypotheses.posterior(misfit.residual)
+    if posterior.single[0] < MAX_NOISE_PROBABILITY:
+        wider = hypotheses.with_siblings(misfit.residual, posterior)
+        if wider is not hypotheses:
+            hypotheses, posterior = wider, wider.posterior(misfit.residual)
     return hypotheses, posterior
 
 

@@ -48,13 +48,13 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         named = last.opinion.terms
         if last.opinion.verdict not in (Verdict.MISSING, Verdict.AMBIGUOUS) or not named:
             break
-        added = _try(bench, named)
+        added = _try(bench, last.opinion)
         if not added:
             # what data held out do not confirm is not missing for certain
             last = bench.with_curves(replace(last, opinion=unconfirmed(last.opinion)))
             break
+        said = replace(last, opinion=_proven(last.opinion, added, bench))
         bench.keep(reasons_of(bench, added, last.opinion))
-        said = replace(last, opinion=_proven(last.opinion, added))
         last = bench.look()
     if last.opinion.shapeless:
         # what was missing is said with the model before; how much is left, with the present one
@@ -78,24 +78,33 @@ def _complete_base(bench: Bench) -> None:
                     bench.undo()
 
 
-def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
+def _try(bench: Bench, opinion: Opinion) -> Terms:
     """Add the plainest likely member of each family; take all back when it is not confirmed.
 
     Of several, one alone is tried first. They are named by a model that is linear in what is left;
     where that is large, its square looks like an effect of its own until the first one is added.
+    Of two effects of one family and one of them alone, the one must leave no more than noise.
 
     Returns:
         What was added.
     """
-    chosen = bench.plainest(families)
-    near = {name: bench.likeliest_variant(name) for name in chosen}
-    alone = [(name,) for name in chosen] if len(chosen) > 1 else []
-    for names in (*alone, chosen):
+    found, chosen = bench.look(), bench.plainest(opinion.terms)
+    ways = [*((name,) for name in chosen if len(chosen) > 1), chosen]
+    if opinion.together:
+        ways = [*ways, opinion.together[0], chosen]
+    of_one_family = opinion.twice or bool(opinion.together)
+    near = {name: bench.likeliest_variant(name) for names in ways for name in names}
+    both = dict(found.hypotheses.likeliest_effects(found.posterior)) if opinion.twice else {}
+    for place, names in enumerate(ways):
         below = len(bench.ladder)
         with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
-                bench.add(name, near=near[name])
-            enough = names == chosen or bench.look().opinion.shapeless
+                known = both.get(name) if len(names) > 1 else None
+                bench.add(name, near=known or near[name])
+            enough = place == len(ways) - 1 or names in opinion.together
+            if not enough:
+                left = bench.look().opinion
+                enough = left.shapeless and (left.lack.within_noise or not of_one_family)
             if bench.confirmed(len(names)) and enough:
                 return names
         while len(bench.ladder) > below:
@@ -103,13 +112,28 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     return ()
 
 
-def _proven(opinion: Opinion, added: Terms) -> Opinion:
-    """The opinion that led to adding, with what the deed has shown: what was added comes first."""
+def _proven(opinion: Opinion, added: Terms, bench: Bench) -> Opinion:
+    """The opinion that led to adding, with what the deed has shown: what was added comes first.
+
+    Where one effect leaves more than noise, two of its family that are likely may act as well.
+    """
+    family = {one.name: one.family for one in bench.catalogue}
+    if len(added) == len(opinion.families) == 1 and not bench.look().opinion.lack.within_noise:
+        likely = [one for one in opinion.explanations if len(one) > 1]
+        two = [one for one in likely if {family[term] for term in one} == {*opinion.families}]
+        together = tuple(dict.fromkeys([*opinion.together, *two]))
+        verdict = Verdict.AMBIGUOUS if together else opinion.verdict
+        opinion = replace(opinion, verdict=verdict, together=together)
     kept = tuple(
         one for one in zip(opinion.families, opinion.terms, strict=True) if {*added} & {*one[1]}
     )
     proven = tuple(sorted(added))
     others = tuple(one for one in opinion.explanations if one != proven)
+    if proven in opinion.together:
+        # what the one effect leaves has decided for two; for which, only where no others are likely
+        kept = tuple((opinion.families[0], (one,)) for one in proven)
+        if len(opinion.together) == 1:
+            opinion = replace(opinion, verdict=Verdict.MISSING, together=())
     return replace(
         opinion,
         families=tuple(family for family, _ in kept),
@@ -189,9 +213,14 @@ def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
     tried = add_by_itself(trial)
     if trial.fit is bench.fit:
         return tried
-    named = {name for members in found.opinion.terms for name in members}
+    every = (*found.opinion.terms, *found.opinion.together)
+    named = {name for members in every for name in members}
     kept = tuple(term.name for term in trial.fit.terms if term.name in named)
-    return replace(found, opinion=_proven(found.opinion, kept)) if kept else found
+    return (
+        replace(found, opinion=_proven(found.opinion, kept, trial), tried=trial.fit)
+        if kept
+        else found
+    )
 
 
 def diagnosis_of(

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, EFFECT, NOTHING, UNKNOWN, Hypothesis
-from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
+from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet, Posterior
 from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
@@ -72,14 +72,23 @@ class Shares:
         return tuple(terms for terms, share in ordered(found) if share > least)
 
     def members(self, family_of: dict[str, str], family: str) -> list[tuple[str, float]]:
-        """Effects of a family, each with its share of the family's probability, best first."""
+        """Effects of a family, each with its share of where it acts alone in it, best first."""
         found: dict[str, float] = defaultdict(float)
         for label, share in self.by_label.items():
-            for term in label.terms:
+            for term in label.terms if label.families.count(family) == 1 else ():
                 if family_of[term] == family:
                     found[term] += share
         total = sum(found.values())
         return [(term, share / total) for term, share in ordered(found)] if total else []
+
+    def together(self, family_of: dict[str, str], family: str) -> dict[Terms, float]:
+        """Two effects of a family at once, by their share of the family's probability."""
+        found: dict[Terms, float] = defaultdict(float)
+        for label, share in self.by_label.items():
+            if label.families.count(family) > 1:
+                found[tuple(one for one in label.terms if family_of[one] == family)] += share
+        present = self.present()[family]
+        return {terms: share / present for terms, share in ordered(found)}
 
     def heard(self, by_terms: Mapping[Terms, float], present: float) -> "Shares":
         """The shares after other data have spoken for and against some explanations.
@@ -170,8 +179,6 @@ MIN_MISFIT_DISTURBED = 36.0
 MAX_UNKNOWN_PROBABILITY = 0.1
 """Probability of unknown structure above which nothing is named. Even on corners and repeats
 some rippled characteristics are bent ones within the noise."""
-MAX_NOISE_PROBABILITY = 0.1
-"""Probability of noise alone above which nothing is claimed."""
 MIN_LEFT_OF_FIELD = 3.0
 """What all effects together leave of a magnetometer's misfit, rms in units of the noise, below
 which the room is no better explanation."""
@@ -227,7 +234,8 @@ class Opinion:
 
     Attributes:
         verdict: the word.
-        families: the families named, sorted; empty without a name.
+        families: the families named, sorted; empty without a name. One of which two effects act
+            is there twice.
         terms: for each of them its members by probability, the likeliest first.
         explanations: sets of terms that each leave only noise, best first.
         holds: indices of disturbed holds or rotations.
@@ -242,6 +250,7 @@ class Opinion:
         heard: what the gyroscope says of the explanations, where it was asked.
         decided: the families among whose members it has decided.
         shares: of the probability of each family named, by its likeliest member.
+        together: two effects of one family that may act where one of it is named.
     """
 
     verdict: Verdict
@@ -257,11 +266,17 @@ class Opinion:
     heard: Hearing | None = None
     decided: tuple[str, ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict)
+    together: tuple[Terms, ...] = ()
 
     @property
     def one_effect(self) -> bool:
         """Whether one effect and noise are all that is left, and no other explanation holds."""
         return self.verdict is Verdict.MISSING and len(self.families) == 1
+
+    @property
+    def twice(self) -> bool:
+        """Whether two effects of one family are named."""
+        return len({*self.families}) < len(self.families)
 
     @property
     def refuted(self) -> bool:
@@ -315,16 +330,26 @@ def judge_misfit(
     if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
         # where the others do not agree either, there is no reason to accuse one of them
         verdict, holds = nameless(lack), ()
-    terms = tuple(
-        _with_aliases(_within(shares, family_of, family), best, heard) for family in families
+    named = [_named(shares, family_of, family, best, heard) for family in families]
+    families = tuple(
+        family for family, one in zip(families, named, strict=True) for _ in one.members
     )
-    if families and verdict is Verdict.MISSING and any(len(members) > 1 for members in terms):
+    terms = tuple(members for one in named for members in one.members)
+    together = tuple(two for one in named for two in one.together)
+    open_ = together or any(len(members) > 1 for members in terms)
+    if families and verdict is Verdict.MISSING and open_:
         verdict = Verdict.AMBIGUOUS
     listed = shares.explanations(MIN_LISTED_PROBABILITY)
+    listed = (*listed, *(one for one in together if one not in listed))
     if verdict is Verdict.AMBIGUOUS and terms:
         every = (tuple(sorted(one)) for one in itertools.product(*terms))
         listed = (*listed, *(one for one in every if one not in listed))
-    if verdict is Verdict.AMBIGUOUS and not _several_hold(listed, families, best, lack):
+    settled = together or len({*families}) < len(families)
+    if (
+        verdict is Verdict.AMBIGUOUS
+        and not settled
+        and not _several_hold(listed, families, best, lack)
+    ):
         verdict = nameless(lack)
     likely = [one for one in shares.present().items() if one[0] in family_of.values()]
     first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
@@ -333,12 +358,15 @@ def judge_misfit(
     # two together fit much that is neither of them
     if len(asked) == 1 and not (heard is not None and heard.against_all):
         left = best.lack_beside(best.own_span(asked[0]))
-        if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE:
+        alone_share = 1.0 - sum(shares.together(family_of, asked[0]).values())
+        if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE and alone_share > MIN_PROBABLE:
             probable = terms[0] if terms else _within(shares, family_of, first)
     decided = tuple(
         family
         for family, members in zip(families, terms, strict=True)
-        if heard is not None and len(_within(alone, family_of, family)) > len(members)
+        if heard is not None
+        and families.count(family) == 1
+        and len(_within(alone, family_of, family)) > len(members)
     )
     return Opinion(
         verdict=verdict,
@@ -353,7 +381,8 @@ def judge_misfit(
         probable=probable,
         heard=heard,
         decided=decided,
-        shares={family: shares.members(family_of, family)[0][1] for family in families},
+        shares={family: shares.members(family_of, family)[0][1] for family in decided},
+        together=together,
     )
 
 
@@ -524,10 +553,70 @@ def needed(family: str, discriminability: float) -> float:
     )
 
 
+@dataclass(frozen=True)
+class Named:
+    """What is named of a family.
+
+    Attributes:
+        members: for each effect that acts, those that it may be, the likeliest first.
+        together: two effects that may act where one is named, the likeliest first.
+    """
+
+    members: tuple[Terms, ...]
+    together: tuple[Terms, ...] = ()
+
+
+def _named(
+    shares: Shares,
+    family_of: dict[str, str],
+    family: str,
+    best: ExplainedVariance,
+    heard: Hearing | None,
+) -> Named:
+    """One effect of a family, or two where one does not explain what these data show."""
+    together = shares.together(family_of, family)
+    both, likely = sum(together.values()), list(together)[:1]
+    if both > MIN_FAMILY_PROBABILITY and best.taken_beside(likely[0]) > MIN_MISFIT_TAKEN:
+        first, second = likely[0]
+        least = MIN_LISTED_PROBABILITY * both
+        if together[likely[0]] > MIN_MEMBER_PROBABILITY * both:
+            least = np.inf
+        others = [{*terms} for terms, share in together.items() if share > least]
+        return Named(
+            (
+                (
+                    first,
+                    *(
+                        one
+                        for two in others
+                        for one in two - {second}
+                        if second in two and one != first
+                    ),
+                ),
+                (
+                    second,
+                    *(
+                        one
+                        for two in others
+                        for one in two - {first}
+                        if first in two and one != second
+                    ),
+                ),
+            )
+        )
+    if both > MIN_FAMILY_PROBABILITY and not shares.members(family_of, family):
+        return Named((likely[0],))
+    members = _with_aliases(_within(shares, family_of, family), best, heard)
+    # the same effect with another one beside it is no other explanation, unless it is likely
+    open_ = both > 1.0 - MIN_FAMILY_PROBABILITY
+    listed = [two for two, share in together.items() if open_ and share > MIN_LISTED_PROBABILITY]
+    return Named((members,), tuple(dict.fromkeys([*listed, *best.instead_of(members[0])])))
+
+
 def _within(shares: Shares, family_of: dict[str, str], family: str) -> Terms:
     """Members of a family by probability, until one has nearly all of it."""
     members = shares.members(family_of, family)
-    if members[0][1] > MIN_MEMBER_PROBABILITY:
+    if members and members[0][1] > MIN_MEMBER_PROBABILITY:
         return (members[0][0],)
     return tuple(term for term, share in members if share > MIN_LISTED_PROBABILITY)
 

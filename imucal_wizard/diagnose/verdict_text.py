@@ -146,13 +146,18 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """The candidates, whether it matters which it is, and what would decide."""
     opinion = _opinion(diagnosis)
     choice = "; and ".join(_or(members) for members in opinion.terms)
-    if opinion.families:
-        kinds = " and ".join(FAMILIES.get(name, name) for name in opinion.families)
+    kinds = " and ".join(FAMILIES.get(name, name) for name in dict.fromkeys(opinion.families))
+    listed = "; ".join(" with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS])
+    if opinion.together:
+        parts = [
+            (
+                f"The {bench.sensor} shows {kinds}, which has several explanations that these data "
+                f"cannot separate: {listed}."
+            )
+        ]
+    elif opinion.families:
         parts = [f"The {bench.sensor} shows {kinds}: {choice}. These data cannot decide which."]
     else:
-        listed = "; ".join(
-            " with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS]
-        )
         parts = [
             (
                 f"The {bench.sensor}'s misfit has several explanations that these data cannot "
@@ -272,8 +277,8 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if nearest is not None:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
+        sizes = _nearest_pair(diagnosis, bench) or sizes
         none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
-        none += _together(bench, nearest.term)
     elif opinion.shapeless:
         none = "No effect tested here has the shape of the misfit."
     elif known:
@@ -359,22 +364,13 @@ def _with_sizes(diagnosis: Diagnosis, bench: Bench, term: str) -> str:
     return f"{term} ({sizes_text(effect, bench.sensor, *sizes_of(diagnosis, bench, effect))})"
 
 
-def _together(bench: Bench, term: str) -> str:
-    """What to try where an effect of time leaves something; "" where there is no such thing.
-
-    Pairs of one family are not among the explanations: 1 g cannot separate most of them. A warm-up
-    and a temperature that rises and falls are two that a session can separate.
-    """
-    one = next(effect for effect in bench.catalogue if effect.name == term)
-    out = (term, *bench.fit.model)
-    family = [other for other in bench.catalogue if other.family == one.family is not None]
-    others = tuple(other.name for other in family if other.name not in out)
-    if one.kind != "time" or not others:
-        return ""
-    return (
-        f" It may act together with {_or(others)}, which is not tested: add {term} and look at "
-        "what is left."
-    )
+def _nearest_pair(diagnosis: Diagnosis, bench: Bench) -> str:
+    """The two effects of one family that are likelier than any effect alone; "" for none."""
+    family = {one.name: one.family for one in bench.catalogue}
+    for first in _opinion(diagnosis).explanations[:1]:
+        if len(first) > 1 and len({family.get(name) for name in first}) == 1:
+            return " with ".join(first)
+    return ""
 
 
 MIN_WANDERING = 0.9
@@ -401,8 +397,8 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             _with_sizes(diagnosis, bench, nearest.term),
             dependence_text(bench, nearest.term),
         )
-        nearly = f"{_capital(sizes)}, which {follows}, comes nearest, but this is not certain."
-        return [nearly + _together(bench, nearest.term)]
+        nearly = _nearest_pair(diagnosis, bench) or f"{sizes}, which {follows},"
+        return [f"{_capital(nearly)} comes nearest, but this is not certain."]
     return [
         (
             "These data do not show that the difference follows the time or the pose before: the "
@@ -610,6 +606,12 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [
             f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
         ]
+    both = None if diagnosis.findings is None else diagnosis.findings.tried_together
+    if both is not None:
+        one = change_held_out(bench.measured, bench.fit, both)
+        names = " and ".join(term.name for term in both.terms if term not in bench.fit.terms)
+        change = f"the error on {one.of} left out from {one.before} to {one.after}{one.alone}"
+        return [f"Adding {names} would bring {change}."]
     # one of those that are named, if any is
     named = bench.plainest(_opinion(diagnosis).terms)[:1]
     listed = [one for one in diagnosis.suspects if one.term in named] or diagnosis.suspects

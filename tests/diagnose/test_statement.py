@@ -130,7 +130,7 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
         (5, "In the model now: scale-step"),
         (
             6,
-            "comes nearest, but this is not certain. It may act together with scale-step, which",
+            "comes nearest, but this is not certain.",
         ),
     ],
 )
@@ -594,6 +594,17 @@ def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
     words = lesson(effect("thermal-lag"), "accelerometer", bench.catalogue).alike
     assert "Exactly the same error while the temperature settles exponentially" in words
     assert "rises and falls" in words
+
+
+def test_two_effects_of_one_slow_family_are_listed_where_one_may_be_enough() -> None:
+    recording = Benches(*fitted("bias-temperature:2:x", poses="26", seed=5))
+    said = diagnosis_of(recording, recording.accelerometer)
+    assert said.findings is not None
+    both = ("bias-temperature", "warm-up")
+    opinion = replace(said.findings.opinion, explanations=(both[:1], both), together=(both,))
+    open_ = replace(said, findings=replace(said.findings, opinion=opinion))
+    words = "several explanations that these data cannot separate: bias-temperature; "
+    assert f"{words}bias-temperature with warm-up." in verdict_text(open_)
 
 
 @pytest.mark.parametrize("name", ["odd-quadratic", "axis-delay"])
