@@ -185,6 +185,23 @@ def test_a_dead_accelerometer_axis_is_refused() -> None:
         fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 0.0, 1.0]))
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_rates_of_another_recording_are_refused(seed: int) -> None:
+    """Twelve parameters always explain a little; no axis, unit or rate is to blame for it."""
+    other = session(seed).gyroscope
+    assert other is not None
+
+    def exchange(values: FloatArray) -> FloatArray:
+        count = min(len(values), len(other.values))
+        values[:count] = other.values[:count]
+        return values
+
+    report = fit_readings(with_gyroscope(session(), exchange))
+    assert set(report.sensors) == {"accelerometer"}
+    assert not _warned(report, "match the accelerometer's")
+    assert not _warned(report, "which no sensor")
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_a_dead_gyroscope_axis_is_named(noise: float) -> None:
     """It reads the same in motion as at rest, noisy or not."""
