@@ -157,6 +157,8 @@ class BenchFindings:
         opinion: what the evidence carries.
         hypotheses: everything that may explain the misfit.
         posterior: their probabilities.
+        together: the fit with all effects that are named, where there are several: each alone takes
+            up some of the others. None where one or none is named.
     """
 
     fit: SensorFit
@@ -165,6 +167,7 @@ class BenchFindings:
     opinion: Opinion
     hypotheses: HypothesisSet
     posterior: Posterior
+    together: SensorFit | None = None
 
     @cached_property
     def could_be(self) -> float | None:
@@ -296,6 +299,10 @@ class Bench:
     def fit(self) -> SensorFit:
         """The present fit."""
         return self._fits[-1]
+
+    def fit_of(self, model: Sequence[str]) -> SensorFit | None:
+        """The fit of a rung by its terms in any order; None where no rung has them."""
+        return next((one for one in self._fits if {*one.model} == {*model}), None)
 
     @property
     def rows(self) -> ResidualTable:

@@ -75,18 +75,20 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
 def sizes_of(
     diagnosis: Diagnosis, bench: Bench, effect: Effect
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """As fitted where the effect is in the model, else as it would come out.
+    """As fitted where the effect is in the model, else as it would come out beside all named.
 
     Returns:
         Sizes and standard errors, shape (p,), and the covariance, (p, p), where it is known.
     """
-    fit, first = bench.fit, 0
-    for term, sizes, errors in zip(fit.terms, fit.sizes, fit.size_errors, strict=True):
-        own = slice(first, first + len(sizes))
-        if term.name == effect.name:
-            known = fit.size_covariance
-            return sizes, errors, None if known is None else known[own, own]
-        first = own.stop
+    together = None if diagnosis.findings is None else diagnosis.findings.together
+    for fit in (bench.fit, *([] if together is None else [together])):
+        first = 0
+        for term, sizes, errors in zip(fit.terms, fit.sizes, fit.size_errors, strict=True):
+            own = slice(first, first + len(sizes))
+            if term.name == effect.name:
+                known = fit.size_covariance
+                return sizes, errors, None if known is None else known[own, own]
+            first = own.stop
     for one in diagnosis.suspects:
         if one.term == effect.name and one.trial is not None:
             return one.trial.size, one.trial.standard_error, one.trial.covariance

@@ -87,14 +87,16 @@ def _try(bench: Bench, families: tuple[Terms, ...]) -> Terms:
     Returns:
         What was added.
     """
-    chosen = bench.plainest(families)
-    near = {name: bench.likeliest_variant(name) for name in chosen}
+    where = bench.measured.circumstances
+    settled = {one.name for one in bench.catalogue if one.variants(where) != (None,)}
+    # a time constant or a moment is looked for beside the others
+    chosen = tuple(sorted(bench.plainest(families), key=settled.__contains__))
     alone = [(name,) for name in chosen] if len(chosen) > 1 else []
     for names in (*alone, chosen):
         below = len(bench.ladder)
         with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
-                bench.add(name, near=near[name])
+                bench.add(name)
             enough = names == chosen or bench.look().opinion.shapeless
             if bench.confirmed(len(names)) and enough:
                 return names
@@ -191,7 +193,10 @@ def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
         return tried
     named = {name for members in found.opinion.terms for name in members}
     kept = tuple(term.name for term in trial.fit.terms if term.name in named)
-    return replace(found, opinion=_proven(found.opinion, kept)) if kept else found
+    if not kept:
+        return found
+    together = trial.fit_of((*found.fit.model, *kept)) if len(kept) > 1 else None
+    return replace(found, opinion=_proven(found.opinion, kept), together=together)
 
 
 def diagnosis_of(
