@@ -23,6 +23,7 @@ from imucal_wizard.diagnose.effect_text import (
 )
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
+from imucal_wizard.diagnose.residuals import beyond_bounds
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.held_out import items_of
@@ -554,7 +555,8 @@ def _of_earth(bench: Bench) -> str:
     """By how much the Earth turns the rotations, where the error shows it; "" elsewhere."""
     rows, found = bench.rows, bench.fit.minimum
     own = np.array([name.startswith(f"{EarthRate.name}_") for name in rows.names], bool)
-    if found is None or not own.any():
+    # what is larger than the Earth's rate has taken up something else
+    if found is None or not own.any() or own[beyond_bounds(found, rows)].any():
         return ""
     turned = items_of(found).rms(rows.columns[:, own] @ found.system.value[~found.slow][own])
     if turned <= EARTH_SHOWS * (bench.fit.floor_fitted or 0.0):
