@@ -165,9 +165,10 @@ def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
     if experiment.undersampled is not None:
         angle = quantity(experiment.undersampled, "rad")
         notes.append(
-            "the device trembles in the hand or is bumped faster than the gyroscope is sampled, or "
-            f"samples are lost that its times do not show, which may leave {angle} in a rotation, "
-            "more than all other noise: sample faster or turn more calmly, and put it down gently"
+            "the device trembles in the hand or is bumped faster than the gyroscope is sampled, "
+            "single readings are wrong or noisier in motion, or samples are lost that its times do "
+            f"not show, which may leave {angle} in a rotation, more than all other noise: sample "
+            "faster or turn more calmly, and put it down gently"
         )
     return notes
 
