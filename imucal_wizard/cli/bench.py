@@ -107,6 +107,8 @@ def run(argv: Sequence[str]) -> int:
     spare(arguments.files, arguments.json, arguments.save)
     spare_others(arguments)
     added = wanted_terms(arguments.add)
+    if arguments.view and arguments.guess:
+        raise UsageError("--view prints a plot, and --guess compares a guess: give one of them")
     if arguments.guess:
         from imucal_wizard.teach.prediction import parse_prediction
 
@@ -136,16 +138,17 @@ def run(argv: Sequence[str]) -> int:
     try:
         statements = diagnose_benches(benches, added, arguments.auto)
         if arguments.view:
-            return _picture(statements, arguments.view, arguments.json)
-        if arguments.guess:
-            return _judge_guess(statements, arguments.guess, arguments.json)
+            _picture(statements, arguments.view, arguments.json)
+        elif arguments.guess:
+            _judge_guess(statements, arguments.guess, arguments.json)
     except DataError as error:
         if arguments.json:
             from imucal_wizard.report.document import failure_document
 
             write_json(failure_document("bench", str(error), recording.warnings), arguments.json)
         raise
-    write_diagnosis(statements, recording, arguments, benches.report.warnings)
+    if not (arguments.view or arguments.guess):
+        write_diagnosis(statements, recording, arguments, benches.report.warnings)
     if not arguments.save:
         return 0
     calibration = fit.judged({one.sensor: one for one in statements}, limits_of_use(arguments))
@@ -183,7 +186,7 @@ def _save(fit: "Fit", arguments: Namespace, place: Path) -> "Saved":
     return Saved(place, (*said, last), report)
 
 
-def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None) -> int:
+def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None) -> None:
     """Print a guess beside the evidence.
 
     Raises:
@@ -202,10 +205,9 @@ def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None
     ]
     document = {"schema": "imucal-wizard/guess/1", "answers": answers}
     answer(place, document, "\n".join(one.text for one in judged))
-    return 0
 
 
-def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) -> int:
+def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) -> None:
     """Print the views of a name, or all names; as data if JSON is asked for.
 
     Raises:
@@ -217,7 +219,7 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
     known = {one.sensor: pictures(one) for one in statements}
     if name == "list":
         say(view_names(known))
-        return 0
+        return
     chosen = [
         (sensor, view)
         for sensor, views in known.items()
@@ -228,7 +230,6 @@ def _picture(statements: "Sequence[Diagnosis]", name: str, place: str | None) ->
         raise UsageError(f"{no_such_view(name, known)}: --view list names them all")
     text = "\n\n".join(view_text(sensor, view) for sensor, view in chosen)
     answer(place, view_document(chosen), text)
-    return 0
 
 
 def _fit(arguments: Namespace) -> "Fit":

@@ -42,7 +42,7 @@ def parser() -> Parser:
     made = Parser(
         prog="imucal-wizard noise",
         description="Overlapping Allan deviation of a device at rest, for hours: white noise, bias "
-        "instability and rate random walk of each axis with standard errors. The recording is read "
+        "instability and bias random walk of each axis with standard errors. The recording is read "
         "in pieces and may be of any length. Motion is named and left out.",
     )
     made.add_argument("files", nargs="*", type=Path, metavar="FILE", help="recording or session")

@@ -33,6 +33,23 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def check_file(path: Path) -> None:
+    """Report a recording that is not there before the work with it begins.
+
+    Raises:
+        RecordingError: there is no such file, or it is a folder.
+    """
+    if is_file(path):
+        return
+    try:
+        folder = path.is_dir()
+    except OSError:
+        folder = False
+    if folder:
+        raise _is_folder(path)
+    raise RecordingError(f"there is no file {path}; check the path")
+
+
 def is_port(path: Path) -> bool:
     """Whether a path is a character device; not if it is no possible name."""
     try:
@@ -101,7 +118,7 @@ def read_bounded(path: Path, most: int) -> bytes:
     except FileNotFoundError:
         raise RecordingError(f"{path}: there is no such file; check the name") from None
     except IsADirectoryError:
-        raise RecordingError(f"{path} is a folder; give the files in it") from None
+        raise _is_folder(path) from None
     except OSError as error:
         raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
     except ValueError as error:
@@ -113,6 +130,10 @@ def _within(data: bytes, path: Path, most: int) -> bytes:
     if len(data) > most:
         raise _too_large(path, most)
     return data
+
+
+def _is_folder(path: Path) -> RecordingError:
+    return RecordingError(f"{path} is a folder; give the files in it")
 
 
 def _too_large(path: Path, most: int) -> RecordingError:

@@ -563,16 +563,21 @@ class Bench:
         for effect in own:
             if all(effect.name != one.name for one in self.effects):
                 self.offer(effect)
-        known = {one.name: one for one in self.effects if self.lacking(one) is None}
+        lacking = {one.name: self.lacking(one) for one in self.effects}
+        known = {one.name: one for one in self.effects if lacking[one.name] is None}
         for change in changes:
+            added = change.added or ""
+            why = lacking.get(added)
+            if why is not None:
+                self._refused[added] = f"{added} cannot be added: {why}"
             terms = [Term(known[name], variant) for name, variant in change.terms if name in known]
             if (*change.base, *(term.name for term in terms)) == self.fit.model:
                 continue
             try:
                 again = fit(self.measured, terms, change.base)
             except DataError as error:
-                if change.added is not None:
-                    self._refused[change.added] = str(error)
+                if added:
+                    self._refused[added] = str(error)
                 continue
             self._climb(again, change.added)
 
@@ -643,7 +648,7 @@ class Bench:
                 return 0.0
             return -2.0 * referee.hear(found).log_evidence
 
-        looked = step.variant or moments[0]
+        looked = moments[0] if step.variant is None else step.variant
         begin = min(moments, key=lambda at: abs(at - looked))
         if others:  # beside which it was not looked for
             begin = min(
@@ -677,6 +682,7 @@ class Bench:
         wider = with_random_walk(found, left)
         self._fits.append(wider)
         self.ladder.append(rung(wider, added, self.rounding))
+        self._refused.pop(added or "", None)
         if added is not None and wider.rms_held_out is not None:
             self.ladder[-1] = replace(self.ladder[-1], confirmed=self.confirmed())
         self._findings = None

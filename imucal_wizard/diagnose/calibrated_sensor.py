@@ -449,6 +449,13 @@ class TableGyroscope(CalibratedGyroscope):
         return RateTableExperiment(*args, readings)
 
 
+def plain_forces(accelerometer: CalibratedSensor, holds: Sequence[Hold]) -> FloatArray:
+    """Mean force in each hold by a calibration without its effects, m/s², shape (n, 3)."""
+    means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
+    plain = accelerometer.calibration
+    return np.asarray((means - plain.bias) @ plain.matrix.T)
+
+
 CALIBRATED_SENSORS: Mapping[str, type[CalibratedSensor]] = {
     one.sensor: one for one in (CalibratedAccelerometer, CalibratedGyroscope)
 }

@@ -35,7 +35,8 @@ ERROR_DRAWS = 30_000
 PLANNING_DRAWS = 1_000
 """The same while the next pose is chosen: they then err by a few per cent."""
 LEAST_CHANGE = 1.6
-"""A change that has to be seen makes at least so many times a limit of the user's own."""
+"""A change that has to be seen makes at least so many times a limit of the user's own: one that
+just makes the limit exceeds it in half of all rechecks, however exact they are."""
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class DetectionPower:
 def _fitted(
     experiment: Experiment, basis: FloatArray, noise: float
 ) -> tuple[float, float, Minimum[Experiment]]:
-    """Squares of the residuals over their noise, their degrees of freedom, and the fit.
+    """Squares of the residuals over their noise per degree of freedom, these degrees, and the fit.
 
     Args:
         experiment: the rows.

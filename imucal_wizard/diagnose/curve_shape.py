@@ -197,15 +197,19 @@ def curve_shape(
     )
 
 
-def rms_size(sizes: FloatArray, errors: FloatArray) -> tuple[float, float]:
+def rms_size(
+    sizes: FloatArray, errors: FloatArray, covariance: FloatArray | None = None
+) -> tuple[float, float]:
     """Size of a curve, rms over its whole range, and its standard error, from the coefficients.
 
     Args:
         sizes: shown unit, shape (p,).
         errors: standard errors, shape (p,).
+        covariance: of the sizes, shape (p, p); where it is left out, they count as independent.
     """
     rms = float(np.sqrt((sizes**2).sum()))
-    return rms, float(np.sqrt(((sizes * errors) ** 2).sum())) / max(rms, 1e-300)
+    spread = np.diag(errors**2) if covariance is None else covariance
+    return rms, float(np.sqrt(max(float(sizes @ spread @ sizes), 0.0))) / max(rms, 1e-300)
 
 
 def _in_unit(steep: SteepPart, span: Range) -> SteepPart:

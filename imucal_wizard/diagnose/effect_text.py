@@ -116,7 +116,9 @@ def sizes_text(
     """
     parameters = effect.parameters(sensor)
     if effect.free:
-        size = with_unit(plus_minus(*rms_size(sizes, errors)), f"{parameters[0].unit} rms")
+        size = with_unit(
+            plus_minus(*rms_size(sizes, errors, covariance)), f"{parameters[0].unit} rms"
+        )
         return f"{parameters[0].name[:1]} {size}"
     names = [one.name for one in parameters]
     certain = np.abs(sizes) / np.where(errors > 0.0, errors, np.inf)

@@ -209,12 +209,8 @@ def disturbed_parts(
     rotations: list[int] = []
     stretches: list[tuple[float, float]] = []
     for index in findings.opinion.holds:
-        rows = np.flatnonzero(table.index == index)
-        white = (table.residual / table.floor)[rows] ** 2
-        kinds = table.kind[rows]
-        kind = max(dict.fromkeys(kinds.tolist()), key=lambda one: float(white[kinds == one].mean()))
-        row = int(rows[kinds == kind][0])
-        if kind == "field":
+        row = disturbed_row(table, index)
+        if table.kind[row] == "field":
             stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
         elif table.moving[row]:
             rotations.append(index)
@@ -224,8 +220,22 @@ def disturbed_parts(
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
+def disturbed_row(table: ResidualTable, index: int) -> int:
+    """The first row of what has this number and is farthest off: a hold, rotation or field mean."""
+    rows = np.flatnonzero(table.index == index)
+    white = (table.residual / table.floor)[rows] ** 2
+    kinds = table.kind[rows]
+    kind = max(dict.fromkeys(kinds.tolist()), key=lambda one: float(white[kinds == one].mean()))
+    return int(rows[kinds == kind][0])
+
+
 def measured_again(table: ResidualTable, holds: Sequence[int]) -> bool:
-    """Whether each of these holds has another one in its pose that is not among them."""
+    """Whether each of these holds has another one in its pose that is not among them.
+
+    Args:
+        table: the rows.
+        holds: their numbers in the table, see ``RowLabels.index``.
+    """
     pose, index, still = table.pose, table.index, ~table.moving
     others = {*pose[still & ~np.isin(index, holds)].tolist()} - {-1}
     own = [{*pose[still & (index == hold)].tolist()} for hold in holds]
@@ -464,12 +474,13 @@ def _separate_explanations(
 def brings(apart: Apart) -> str:
     """What the requests bring, in words."""
     word = "rotations" if apart.turning else "poses"
-    count = {1: "this pose", 2: f"both {word}"}.get(apart.poses, f"all {apart.poses} {word}")
+    count = f"{'both' if apart.poses == 2 else f'all {apart.poses}'} {word} together"
+    count = "this pose" if apart.poses == 1 else count
     before, after = (
         size_with_unit(one, apart.unit) if np.isfinite(one) else "no size"
         for one in (apart.before, apart.after)
     )
-    return f"{count} together: from {after} instead of {before}"
+    return f"{count}: from {after} instead of {before}"
 
 
 def _separate(

@@ -14,7 +14,7 @@ import numpy as np
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
-from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor, RecheckData
+from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor, RecheckData, plain_forces
 from imucal_wizard.estimate.gyroscope_start import misfit
 from imucal_wizard.estimate.rotation_set import examined, rotation_set
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -63,12 +63,11 @@ def with_axes(measured: RecheckData, axes: AxesBySensor) -> RecheckData:
     """
     if not axes:
         return measured
-    holds = {id(one): _hold_with(one, axes) for one in measured.holds}
     rotations = [_rotation_with(one, axes) for one in measured.rotations]
     readings = measured.readings
     return replace(
         measured,
-        holds=list(holds.values()),
+        holds=[_hold_with(one, axes) for one in measured.holds],
         rotations=rotations,
         readings=None if readings is None else _readings_with(readings, axes),
     )
@@ -163,13 +162,10 @@ def likely_axes(
     measured = replace(measured, rotations=thinned, readings=None)
     now = _misfit(known, measured)
     closes = now is not None and now < RIGHT_MISFIT
+    right = _magnitude_error(accelerometer, measured, gravity) <= most
     found: list[AxesBySensor] = []
     for order in SIGNED_PERMUTATIONS:
-        if (
-            now is not None
-            and not closes
-            and _magnitude_error(accelerometer, measured, gravity) <= most
-        ):
+        if now is not None and not closes and right:
             alone = {GYROSCOPE: order}
             found += [alone] * _closes(known, measured, alone, MAX_MISFIT_SHARE * now)
         mirrored = with_axes(measured, {ACCELEROMETER: order})
@@ -198,13 +194,8 @@ def axes_changed(axes: AxesBySensor) -> float:
 
 def _magnitude_error(known: CalibratedSensor, measured: RecheckData, gravity: float) -> float:
     """Largest error of gravity's magnitude in the holds, m/s²."""
-    force = _forces(known, measured)
+    force = plain_forces(known, measured.holds)
     return float(np.abs(np.linalg.norm(force, axis=1) - gravity).max())
-
-
-def _forces(known: CalibratedSensor, measured: RecheckData) -> FloatArray:
-    means = np.array([hold.accelerometer for hold in measured.holds])
-    return np.asarray((means - known.calibration.bias) @ known.calibration.matrix.T)
 
 
 def _closes(
@@ -227,5 +218,5 @@ def _misfit(known: Mapping[str, CalibratedSensor], measured: RecheckData) -> flo
         return None
     if turned.up is None:
         return None
-    before = unit_vectors(_forces(accelerometer, measured))[turned.before]
+    before = unit_vectors(plain_forces(accelerometer, measured.holds))[turned.before]
     return misfit(turned.samples, before, turned.up, gyroscope.matrix, gyroscope.bias)

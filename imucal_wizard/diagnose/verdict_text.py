@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.quantities import listed, number, quantity, size_with_unit
+from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.change_text import Judged, change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
@@ -22,7 +22,13 @@ from imucal_wizard.diagnose.effect_text import (
     sizes_text,
 )
 from imucal_wizard.diagnose.free_curves import shape_of
-from imucal_wizard.diagnose.next_poses import ELSEWHERE, explanation_of, measured_again, rivals
+from imucal_wizard.diagnose.next_poses import (
+    ELSEWHERE,
+    disturbed_row,
+    explanation_of,
+    measured_again,
+    rivals,
+)
 from imucal_wizard.diagnose.residuals import beyond_bounds
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
@@ -468,11 +474,14 @@ def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
 
 def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     """Spans of the disturbed holds, s, if nothing else is disturbed and others show their poses."""
-    holds, bench = diagnosis.disturbed_holds, diagnosis.bench
+    bench, findings = diagnosis.bench, diagnosis.findings
     others = diagnosis.disturbed_stretches or diagnosis.disturbed_rotations
-    if bench is None or others or not holds or not measured_again(bench.rows, holds):
+    if bench is None or findings is None or others or not diagnosis.disturbed_holds:
         return []
-    rows = [int(np.flatnonzero(bench.rows.index == hold)[0]) for hold in holds]
+    numbers = findings.opinion.holds
+    if not measured_again(bench.rows, numbers):
+        return []
+    rows = [disturbed_row(bench.rows, one) for one in numbers]
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
@@ -541,12 +550,13 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
         )
-    if len(bench.ladder) > 1 and bench.ladder[-1].added is not None and not bench.confirmed():
+    # one of several that were added together may well make things worse alone
+    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
+    if newest is not None and newest not in together and not bench.confirmed():
         sentences.append(
-            f"{_capital(bench.ladder[-1].added)} was added by hand, but {why_not_confirmed(bench)}."
-            " Take it out again."
+            f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."
         )
-    sentences += [f"{_capital(why)}." for why in bench.refused]
+    sentences += map(as_sentence, bench.refused)
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
 

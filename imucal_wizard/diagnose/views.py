@@ -33,6 +33,10 @@ COMPARED = tuple(f"{axis} axis" for axis in AXES)
 _LOOK_FOR = {
     "force": "A curve that is odd in the force indicates a second-order term or an asymmetry, an "
     "even curve a third-order or odd-quadratic term.",
+    "rest-force": "A straight line indicates a g-sensitivity, a curve that is even in the force a "
+    "sensitivity to the square of the force.",
+    "rest-pose": "Repeats of a pose share a column: no effect of orientation explains their "
+    "scatter. Errors at edges and corners only indicate a product of two forces.",
     "field": "A curve indicates soft iron that is not in the model, or iron nearby.",
     "pose": "Repeats of a pose share a column: no effect of orientation explains their scatter. "
     "Errors at corners only indicate a product of all three axes.",
@@ -51,7 +55,8 @@ _LOOK_FOR = {
     "errors, widest where no pose was held.",
     "suspect": "Points along the line support the effect; a cloud about zero does not.",
 }
-"""What the eye should look for, by the first word of the abscissa's name."""
+"""What the eye should look for, by the first word of the abscissa's name, after that of its rows
+where they show other effects than those of the accelerometer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -302,14 +307,14 @@ def _left_over(table: ResidualTable, part: _Part) -> Iterator[ResidualView]:
         left, error = (np.sqrt(np.bincount(place, one**2)) for one in (left, error))
         rows = rows[own]
     for over in source.influences():
-        chosen = _in_order(over.values[rows])
+        chosen, word = _in_order(over.values[rows]), over.name.partition("-")[0]
         if len(chosen):
             at = rows[chosen]
             yield ResidualView(
                 part.prefix + over.name, part.name, source.left, over.label, unit, over.values[at],
                 left[chosen] * factor, source.labels.index[at],
-                _LOOK_FOR[over.name.partition("-")[0]], error[chosen] * factor, rows=(source, at),
-                together=together,
+                _LOOK_FOR.get(source.prefix + word) or _LOOK_FOR[word], error[chosen] * factor,
+                rows=(source, at), together=together,
             )  # fmt: skip
 
 

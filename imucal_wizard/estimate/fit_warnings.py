@@ -69,7 +69,7 @@ def unit_notes(scale: float) -> list[Notice]:
         advice = f"give the unit of the accelerations, or correct the range{fits}"
     else:
         return []
-    text = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s²: {advice}"
+    text = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s² with the unit assumed: {advice}"
     return [Notice(text, NoticeKind.SCALE, "accelerometer")]
 
 

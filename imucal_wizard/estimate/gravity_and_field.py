@@ -14,6 +14,7 @@ from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_la
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.core.records import dataclass
@@ -30,9 +31,9 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
-from imucal_wizard.estimate.second_stage.error_modes import principal
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.estimate.surroundings import circumstances_of, first_time
 from imucal_wizard.measurement.gaps import gap_problem
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -229,7 +230,8 @@ def with_gyroscope(
         and (holds[turn.before].start, holds[turn.after].start) not in faulty
     ]
     if len(turns) < MIN_SEGMENTS:
-        note = f"{len(turns)} rotations are too few to close the gyroscope by both references"
+        some = f"{plural(len(turns), 'rotation')} with the field known at both ends"
+        note = f"too few to close the gyroscope by both references: {some}"
         return replace(stage, notes=(*stage.notes, note)), fit_before
     try:
         if fit_before.experiment is None:
@@ -280,7 +282,9 @@ def _field_moved(
     alignment = stage.alignment
     own = (readings - found.fit.bias) @ found.fit.matrix.T
     modes = stage.modes.of_field(found.fit, own)
-    shifts = np.column_stack([alignment.shifts[:, : modes.shape[2]], principal(alignment.own)])
+    shifts = np.column_stack(
+        [alignment.shifts[:, : modes.shape[2]], principal_steps(alignment.own)]
+    )
     turned = np.cross(shifts.T, field[:, None], axisc=1)
     turned[:, :, : modes.shape[2]] += np.einsum("ij,njk->nik", alignment.rotation, modes)
     return np.asarray(turned)

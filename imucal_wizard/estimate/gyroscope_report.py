@@ -36,6 +36,7 @@ from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.estimate.rounded import rate_shift, rate_step
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.rotation_angle import integrated_rate
 
 ONE_AXIS_SHARE = 0.9
 """Share of all turning that is about one body axis, for Q's single-axis methods."""
@@ -128,7 +129,7 @@ def fit_gyroscope(
         odd = replace(found.outlier, index=int(usable[found.outlier.index]))
         found = replace(found, outlier=odd)
     if not silent:  # a motion about a silent axis counts as rest, and as noise of its end
-        found = replace(found, warnings=(*found.warnings, *_noise_notes(experiment)))
+        found = replace(found, warnings=(*found.warnings, *noise_notes(experiment)))
 
     # the rotations by name, then the published methods about single axes
     named, angles = _named(rotations, found, reference.up, holds)
@@ -153,7 +154,7 @@ def fit_gyroscope(
     return GyroscopeReport(result, named, angles, table, warnings, found.outlier)
 
 
-def _noise_notes(experiment: GyroscopeExperiment) -> list[str]:
+def noise_notes(experiment: GyroscopeExperiment) -> list[str]:
     """What makes the rotations noisier than the gyroscope, and what to do about it."""
     notes = []
     if experiment.unsteady:
@@ -216,11 +217,6 @@ def silent_axes(holds: Sequence[Hold], rotations: Sequence[Rotation]) -> tuple[s
     )
 
 
-def integral(values: FloatArray, time: FloatArray) -> FloatArray:
-    """Integral over time of each column by the trapezoidal rule, shape (columns,)."""
-    return np.asarray(0.5 * (values[1:] + values[:-1]).T @ np.diff(time))
-
-
 def _named(
     rotations: Sequence[Rotation], found: SensorFit, up: FloatArray, holds: Sequence[Hold]
 ) -> tuple[tuple[Rotation, ...], tuple[float | None, ...]]:
@@ -234,8 +230,8 @@ def _named(
         if place is not None and len(rotation.time) >= 2:
             with np.errstate(over="ignore", invalid="ignore"):  # of readings that are no rates
                 rate = (rotation.rate - found.bias) @ found.matrix.T
-                total = integral(rate, rotation.time)
-                turned = float(integral(lengths(rate)[:, None], rotation.time)[0])
+                total = integrated_rate(rotation.time, rate)
+                turned = float(integrated_rate(rotation.time, lengths(rate)[:, None])[0])
         if place is None or not np.isfinite([*total, turned]).all():
             named.append(rotation)
             angles.append(None)
@@ -269,10 +265,10 @@ def single_axis(
         # from the direction before to that after, like the angle between them
         own = slice(*samples.offsets[place : place + 2])
         time, reading = samples.time[own], samples.reading[own]
-        turned = float(integral((reading - found.bias) @ found.matrix.T, time)[k])
+        turned = float(integrated_rate(time, (reading - found.bias) @ found.matrix.T)[k])
         turn = AxisTurn(
             angle=turn_angle(source.before[place], source.after[place], k, turned),
-            integral=float(integral(reading, time)[channel]),
+            integral=float(integrated_rate(time, reading)[channel]),
             duration=float(time[-1] - time[0]),
             bias=float(rotation.before.gyroscope[channel]),
         )

@@ -20,6 +20,7 @@ from imucal_wizard.estimate.accelerometer import (
 )
 from imucal_wizard.estimate.fit import nominal_columns
 from imucal_wizard.estimate.gauge import triangular
+from imucal_wizard.estimate.held_out import groups_by_size
 from imucal_wizard.estimate.magnitude import (
     Problem,
     in_triangle,
@@ -150,6 +151,7 @@ class HoldMagnitudes:
         pull = self._pull(theta, lambda moved: theta_of(moved, every))
         unused = tuple(np.flatnonzero(~pull.any(axis=0)).tolist())
         used = np.delete(rows.residual, unused)
+        floor, floor_fitted = self._floors(rows, pull)
         freedom = len(used) - len(self.free)
         variance = float(used @ used) / freedom if freedom > 0 else None
         covariance = whole = with_nominal = None
@@ -189,7 +191,8 @@ class HoldMagnitudes:
             rms_before=root_mean_square(np.linalg.norm(nominal, axis=1) - gravity),
             rms_fitted=root_mean_square(rows.residual),
             rms_held_out=None if out is None else root_mean_square(out) * gravity,
-            floor=root_mean_square(np.sqrt(rows.own)),
+            floor=None if out is None else floor,
+            floor_fitted=floor_fitted,
             residuals=rows.residual,
             held_out=None if out is None else out * gravity,
             covariance=covariance,
@@ -212,6 +215,21 @@ class HoldMagnitudes:
         modes[list(ENTRY_OF)] = pull @ shown
         modes[:, : left.shape[1]] += left
         return modes
+
+    def _floors(self, rows: MagnitudeRows, pull: FloatArray) -> tuple[float, float]:
+        """Rms held out and fitted that measured noise makes, m/s², through the method's derivative.
+
+        An error of a hold stays in it but for what the fit takes up; with the direction left out,
+        as in least squares, ``(1 − H)⁻¹`` times what is then left.
+        """
+        kept = np.eye(len(rows.own)) + rows.base_columns()[:, list(ENTRY_OF)] @ pull
+        fitted = kept * np.sqrt(rows.own)
+        out = fitted.copy()
+        for places in groups_by_size(self.experiment.source.labels.group):
+            own = kept[places[:, :, None], places[:, None, :]]
+            out[places] = np.linalg.pinv(own) @ fitted[places]
+        held_out, of_fit = (root_mean_square(np.linalg.norm(one, axis=1)) for one in (out, fitted))
+        return held_out, of_fit
 
     def _pull(self, theta: FloatArray, method: Callable[[FloatArray], FloatArray]) -> FloatArray:
         """By how much an error of the magnitude of each hold moves each parameter, shape (9, n).

@@ -1,7 +1,7 @@
 """What a published method is given, and how its result is judged.
 
-A method file holds the method and nothing else: from points it makes ``Parameters``. The data of
-a sensor know how to judge any calibration, so that all methods of a sensor have the same errors,
+A method file holds the method and nothing else: from points it makes a ``MethodEstimate``. The data
+of a sensor know how to judge any calibration, so that all methods of a sensor have the same errors,
 the same error held out and the same parameters, and can be compared.
 """
 

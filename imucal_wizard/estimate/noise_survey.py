@@ -194,13 +194,14 @@ class NoiseSurvey:
             for name, rest in self._rests.items()
             if rest.sums.readings
         }
-        restless = {name: 1.0 - one.rest for name, one in sensors.items()}
-        worst = max(restless, key=restless.__getitem__, default=None)
-        if worst is not None and restless[worst] > 1.0 - MIN_REST_SHARE:
+        # a sensor that moved all the time has no noise, but it shows that the device did not rest
+        rests = {name: _rest_share(rest) for name, rest in self._rests.items() if rest.judged}
+        worst = min(rests, key=rests.__getitem__, default=None)
+        if worst is not None and rests[worst] < MIN_REST_SHARE:
             raise DataError(
                 f"the device did not rest: the {worst} shows motion in "
-                f"{100.0 * restless[worst]:.0f} % of the recording. Put it on a firm table, away "
-                "from fans and footsteps, and leave it alone"
+                f"{100.0 * (1.0 - rests[worst]):.0f} % of the recording. Put it on a firm table, "
+                "away from fans and footsteps, and leave it alone"
             )
         if ended and not any(one.fits for one in sensors.values()):
             raise DataError(
@@ -256,5 +257,10 @@ def _sensor(rest: RestingSensor, unit: str) -> SensorAtRest:
         allan=allan,
         fits=fit_noise(allan, rest.period),
         disturbances=tuple(rest.disturbances),
-        rest=rest.sums.readings / max(rest.judged, 1),
+        rest=_rest_share(rest),
     )
+
+
+def _rest_share(rest: RestingSensor) -> float:
+    """Share of the samples judged so far at rest."""
+    return rest.sums.readings / max(rest.judged, 1)

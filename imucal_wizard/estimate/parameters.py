@@ -48,7 +48,8 @@ def nominal_angle(matrix: FloatArray) -> FloatArray:
 def full_parameters(matrix: FloatArray, bias: FloatArray) -> dict[str, float]:
     """Biases, sensitivities and the six cross-axis gains ``M_ij / M_jj`` of a full matrix.
 
-    A cross-axis gain is the part of a rate about axis j that appears about axis i, rad.
+    A cross-axis gain is the share of the rate read about axis j that the correction adds about axis
+    i, rad: the opposite of the share of a rate about j that appears about i.
 
     Raises:
         DataError: a scale is zero.

@@ -35,6 +35,7 @@ from imucal_wizard.estimate.gyroscope_fit import (
     determined_entries,
     of_determined,
 )
+from imucal_wizard.estimate.gyroscope_report import noise_notes
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.parameters import (
     nominal_angle,
@@ -345,7 +346,8 @@ def with_rate_table(
     if determined_entries(found, both.nominal, every) != every:
         return None
     both.method = "vector + table"
-    return report(minimum(both.moved(found.calibration, every)))
+    together = report(minimum(both.moved(found.calibration, every)))
+    return replace(together, warnings=(*together.warnings, *noise_notes(both)))
 
 
 def fit_with_table(
@@ -385,10 +387,15 @@ def fit_with_table(
     if gyroscope is not None and gyroscope.experiment is not None:
         closures = cast("GyroscopeExperiment", gyroscope.experiment)
         found = with_rate_table(closures, data, series, force)
-    refused = report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED)
-    notes = tuple(text for text in report.warnings if text not in refused)
+    # what was said of the fit without the table, which is not the result
+    replaced: set[str] = set(report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED))
+    if gyroscope is not None:
+        replaced.update(gyroscope.warnings)
+    notes = tuple(text for text in report.warnings if text not in replaced)
+    odd = dict(report.outlier_notes)
     if found is None:
         found = fit_rate_table(data, series, readings, force)
+        odd.pop(GYROSCOPE, None)
     wrong: list[str] = []
     if series.unit != COUNT:
         wrong = scale_notes(float(np.linalg.norm(found.matrix) / np.sqrt(3.0)), 0.0)
@@ -398,6 +405,7 @@ def fit_with_table(
         rates={**report.rates, **rates},
         sensors={name: sensors[name] for name in SENSORS if name in sensors},
         warnings=(*notes, *wrong, *found.warnings, *_table_notes(data)),
+        outlier_notes=odd,
     )
 
 

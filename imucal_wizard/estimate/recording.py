@@ -17,7 +17,7 @@ from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pos
 from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, sphere_centre
+from imucal_wizard.core.statistics import median, median_of_rows, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import (
     accelerometer_experiment,
@@ -189,7 +189,7 @@ def _apart(
     means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
     if not len(means):
         return []
-    most = float(np.abs(means - np.median(usual, axis=0)).max())
+    most = float(np.abs(means - median_of_rows(np.array(usual))).max())
     count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
     first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
     text = (

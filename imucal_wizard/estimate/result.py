@@ -332,6 +332,19 @@ class SensorFit:
         return "“before” uses one common scale and a bias, since counts have no unit"
 
     @property
+    def error_and_floor(self) -> tuple[float | None, float | None, str]:
+        """The error by which it is judged, its floor and its name.
+
+        That is the error held out, or the fitted one where nothing could be held out. A fit with
+        as many parameters as data leaves nothing to judge it by.
+        """
+        if self.rms_held_out is not None:
+            return self.rms_held_out, self.floor, "held out"
+        if self.degrees_of_freedom == 0:
+            return None, None, ""
+        return self.rms_fitted, self.floor_fitted, "fitted"
+
+    @property
     def slow_noise_note(self) -> str:
         """What the errors of the biases rest on where slow noise was not measured, or ""."""
         if self.slow_noise_measured is not False:

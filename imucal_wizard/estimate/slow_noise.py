@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, distinct
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.slow_errors import (
     MIN_DETERMINED,
@@ -197,12 +197,12 @@ def _of_places(begin: FloatArray, end: FloatArray, still: BoolArray, seconds: fl
         seconds: of motion from one place to the next.
     """
     middle, half = 0.5 * (begin + end), np.maximum(0.5 * (end - begin), MOMENT)
-    rests = np.unique(middle[still]) if still.any() else begin[:1]
+    rests = distinct(middle[still]) if still.any() else begin[:1]
     before, after = (
         (one // seconds + 1.0) * seconds for one in (rests[0] - begin.min(), end.max() - rests[-1])
     )
     known = [rests[0] - before, *rests, rests[-1] + after]
-    places = np.unique(
+    places = distinct(
         np.concatenate(
             [
                 np.linspace(one, other, max(round((other - one) / seconds), 1) + 1)

@@ -74,12 +74,19 @@ class Split:
 
 
 def principal_steps(covariance: FloatArray | None) -> FloatArray:
-    """Steps of one standard deviation along each principal axis of a covariance, shape (p, k)."""
+    """Steps d of one standard deviation along the principal axes of a covariance, shape (p, k).
+
+    The parameters may have any units; ``d dᵀ`` is the covariance. One without an error does not
+    move.
+
+    Args:
+        covariance: shape (p, p); None where none is known.
+    """
     if covariance is None or not len(covariance):
         return np.zeros((0, 0))
     scale = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+    known = np.where(scale > 0.0, scale, 1.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(known, known))
     seen = values > NEGLIGIBLE_DOUBT * values[-1]
     return np.asarray(scale[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.directions import group_directions, unit_vectors
-from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, root_mean_square
@@ -316,14 +316,15 @@ def why_no_match(found: TableData, given: KnownRates, unit: str) -> str:
     """Why the listed rates or angles do not match the recording, and what the recording has."""
     if not given.rates:
         return (
-            f"{len(found.rests)} rests were found, but hardly any rotation between them about one "
-            "axis by a listed angle: check the list, and let the table rest for two seconds "
-            "before and after each rotation"
+            f"found {plural(len(found.rests), 'rest')}, but hardly any rotation between them "
+            "about one axis by a listed angle: check the list, and let the table rest for two "
+            "seconds before and after each rotation"
         )
     if not found.left_out:
         return (
-            f"{len(found.turned)} steps of constant rate and {len(found.rests)} rests were found: "
-            "let the table rotate at each rate for some seconds, in several mountings"
+            f"found {plural(len(found.turned), 'step')} of constant rate and "
+            f"{plural(len(found.rests), 'rest')}: let the table rotate at each rate for some "
+            "seconds, in several mountings"
         )
     gain = float(np.linalg.norm(found.start.matrix, 2)) if unit != COUNT else 1.0
     there = dict.fromkeys(

@@ -54,7 +54,7 @@ STANDARD_STEPS: tuple[Step, ...] = (
         StepKind.ROTATIONS,
         seconds=3.0,
         per_axis=6,
-        skipped="the gyroscope has only the motions between poses: parameters that they cannot "
+        skipped="the gyroscope has only the motions made before: parameters that they cannot "
         "determine keep their nominal values",
     ),
     Step(

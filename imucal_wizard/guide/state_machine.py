@@ -128,6 +128,7 @@ class StateMachine:
         self._blocks = BlockStream(rate)
         self._record = FieldRecord()
         self._broke = ""
+        self._refused = ""
         self._status: Status | None = None
         self._view: Status | None = None
         self._listener = listener
@@ -189,6 +190,7 @@ class StateMachine:
             self._record.add(block.field)
             context.has_magnetometer = True
         self.elapsed += block.seconds
+        self._refused = ""
         self._learn(block)
         context.still = self._judge(block)
         if was_still and not context.still:
@@ -272,9 +274,10 @@ class StateMachine:
             return
         hold = self.capture.hold()
         # a slow motion has calm moments, which are shorter than the rest that the step asks for
-        if hold is None or hold.end - hold.start < self.stage.seconds - WINDOW_SECONDS:
+        if hold is not None and hold.end - hold.start < self.stage.seconds - WINDOW_SECONDS:
             return
-        if self.capture.slow_moment(hold):
+        if hold is None or self.capture.slow_moment(hold):
+            self._refused = "it turns or sways slowly"
             return
         if context.watch.tighten(self.stage.seconds):
             context.emit(
@@ -340,7 +343,8 @@ class StateMachine:
         outcome = watch.wait(block.seconds)
         if outcome is None:
             return
-        reason = watch.reason or f"every rest is broken ({self._broke or 'it moves'})"
+        broken = f"every rest is broken ({self._broke or 'it moves'})"
+        reason = watch.reason or self._refused or broken
         if outcome == "stuck":
             text = f"No rest for {watch.waiting:.0f} s: {reason}. {self._way_out()}"
             context.emit(EventKind.STUCK, text)
@@ -477,11 +481,11 @@ class StateMachine:
 
     def _still_status(self) -> StillStatus:
         context, watch, needed = self.context, self.context.watch, self.stage.seconds
-        reason = watch.reason
+        reason = watch.reason or self._refused
         if self.step is StepKind.SETTLE and not context.still and self.settle.why:
             reason = self.settle.why
         return StillStatus(
-            still=context.still,
+            still=context.still and not self._refused,
             motions=watch.motions,
             worst=watch.worst,
             held=self._held(needed),

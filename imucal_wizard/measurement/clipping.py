@@ -360,7 +360,8 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
         step: smallest step of the readings of each axis, shape (3,).
 
     Returns:
-        A warning for each axis, and which holds they are, shape (h,).
+        A warning about the ends of the range, one for each axis that is stuck elsewhere, and which
+        holds they are, shape (h,).
     """
     wrong = np.zeros(len(holds), np.bool_)
     if len(holds) <= MIN_SILENT_HOLDS:
@@ -368,7 +369,7 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
     means = np.array([hold.accelerometer for hold in holds])
     variances = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
     samples = median([hold.samples for hold in holds])
-    notes = []
+    notes, ends = list[Notice](), list[str]()
     for axis in range(3):
         usual = median(variances[:, axis])
         if not usual * samples > step[axis] ** 2:
@@ -381,12 +382,7 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
             count = int(there.sum())
             if count >= MIN_SILENT_HOLDS:
                 read = true_minus(f"{end:.5g}")
-                text = (
-                    f"the accelerometer's {AXES[axis]} axis reads {read} without any noise "
-                    f"in {count} holds: the end of its range; these readings are wrong and not "
-                    f"used: {CLIPPING_ADVICE['accelerometer']}, and measure again"
-                )
-                notes.append(Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
+                ends.append(f"{AXES[axis]} axis reads {read} in {count} holds")
                 silent &= ~there
         stuck = [hold for hold, quiet in zip(holds, silent, strict=True) if quiet]
         if stuck:
@@ -401,6 +397,13 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
                 "another angle"
             )
             notes.append(Notice(text, NoticeKind.STUCK_HOLDS, "accelerometer"))
+    if ends:
+        text = (
+            f"the accelerometer's {', '.join(ends)}, without any noise: the end of its range; "
+            f"these readings are wrong and not used: {CLIPPING_ADVICE['accelerometer']}, and "
+            "measure again"
+        )
+        notes.insert(0, Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
     return notes, wrong
 
 

@@ -74,7 +74,6 @@ def check_recording(readings: Readings) -> tuple[str, ...]:
         return (f"there are only {len(readings)} samples; record for longer",)
     sensors = [one for one in inertial_sensors(readings) if len(one[1]) >= MIN_CHECKED_SAMPLES]
     found = [check(readings) for check in READINGS_CHECKS]
-    found += [missing_samples(readings.accelerometer.time)]
     found += [coarse_steps(sensor, series) for sensor, series in sensors]
     found += [dead_axes(sensor, series) for sensor, series in sensors]
     found += [clipping.clipped_range(sensor, series) for sensor, series in sensors]

@@ -62,7 +62,7 @@ def rotation_between(
 
 
 def integrated_rate(time: FloatArray, rate: FloatArray) -> FloatArray:
-    """Trapezoid integral of rates over their own times, shape (3,), rad or counts·s."""
+    """Trapezoid integral of each column of rates over their own times, rad or counts·s, (k,)."""
     steps = np.diff(time)[:, None]
     return np.asarray((0.5 * (rate[1:] + rate[:-1]) * steps).sum(axis=0), float)
 

@@ -101,15 +101,8 @@ class OwnEffect(Effect):
         self._path = path
         self._inner = inner
         self.__doc__ = type(inner).__doc__
-        self.name = inner.name
-        self.sensors = inner.sensors
-        self.family = inner.family
-        self.kind = inner.kind
-        self.title = inner.title
-        self.equation = inner.equation
-        self.order = inner.order
-        self.against = inner.against
-        self.stories = inner.stories
+        for word in Effect.__annotations__:  # name, sensors, kind and all else that it may state
+            setattr(self, word, getattr(inner, word))
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """As the user's class says."""
@@ -133,6 +126,19 @@ class OwnEffect(Effect):
                 "unknown temperature, no pose before, and division by 0"
             )
         return made
+
+    def typical(self, sensor: str, variant: float | None = None) -> FloatArray:
+        """As the user's class says."""
+        return guarded(self._path, lambda: self._inner.typical(sensor, variant))
+
+    def hidden(self, sensor: str, c: Circumstances, sizes: FloatArray) -> FloatArray:
+        """As the user's class says."""
+        return guarded(self._path, lambda: self._inner.hidden(sensor, c, sizes))
+
+    def suited(self, c: Circumstances) -> Effect:
+        """As the user's class says."""
+        made = guarded(self._path, lambda: self._inner.suited(c))
+        return self if made is self._inner else OwnEffect(self._path, made)
 
     def variants(self, c: Circumstances) -> tuple[float | None, ...]:
         """As the user's class says."""

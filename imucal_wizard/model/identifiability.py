@@ -196,9 +196,10 @@ def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
     names = [*dropped, *(["a scale of its own for each axis"] if common else [])]
     reason = ""
     if names:
+        used = "nominal angles and one scale" if common else "nominal values"
         pairs = "; ".join(EDGES_OF[place] for place in left)
         reason = (
-            f"{count} directions do not determine {', '.join(names)}: nominal values are used. "
+            f"{count} directions do not determine {', '.join(names)}: {used} are used. "
             f"Add holds with the edges between these faces on top: {pairs}"
         )
     angles = len(left) < len(NON_ORTHOGONALITY)

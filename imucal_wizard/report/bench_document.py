@@ -50,7 +50,6 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
             for one in said.found
         ],
         "p": None if findings is None else findings.p,
-        "accelerometer_passed": said.verdict is not Verdict.WAITING,
         "disturbed_holds": list(said.disturbed_holds),
         "disturbed_rotations": list(said.disturbed_rotations),
         "disturbed_stretches": [list(one) for one in said.disturbed_stretches],
@@ -154,7 +153,8 @@ def _suspect(one: Suspect, opinion: Opinion | None) -> dict[str, Any]:
     errors = np.zeros(0) if trial is None else trial.standard_error
     names = [] if candidate is None else list(candidate.names)
     if candidate is not None and candidate.effect.free:  # one size, that of the curve
-        sizes, errors = (np.array([one]) for one in rms_size(sizes, errors))
+        spread = None if trial is None else trial.covariance
+        sizes, errors = (np.array([one]) for one in rms_size(sizes, errors, spread))
         names = [names[0][:1]]
     return {
         "term": one.term,

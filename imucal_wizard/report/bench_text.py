@@ -20,6 +20,7 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.next_poses import disturbed_row
 from imucal_wizard.diagnose.views import noise_word
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
@@ -191,7 +192,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     """
     words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
     if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
-        row = int(np.flatnonzero(table.index == entry.suspect.hold)[0])
+        row = disturbed_row(table, entry.suspect.hold)
         words.append(f"{table.place(row)}: only this one would be wrong; measure it again to check")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")
@@ -315,7 +316,10 @@ def refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"
-    return f"only the fitted error fell, the held-out error did not fall by {MIN_FALL_TEXT}"
+    if falls(below.rms_held_out, above.rms_held_out):
+        return f"in units of the noise, the held-out error did not fall by {MIN_FALL_TEXT}"
+    only = "only the fitted error fell, " if above.rms_fitted < below.rms_fitted else ""
+    return f"{only}the held-out error did not fall by {MIN_FALL_TEXT}"
 
 
 def _step_name(ladder: Sequence[Rung], place: int) -> str:
@@ -343,7 +347,7 @@ def _floors(rung: Rung) -> str:
     if floors.rounding is not None:
         dithered = ", averaged out by the noise" if floors.dithered else ""
         rounding = f"{quantity(floors.rounding, floors.unit)}{dithered}"
-    repeats, found = "no direction was held twice", floors.repeats
+    repeats, found = "none (no direction was held twice)", floors.repeats
     if found is not None:
         word = "within the noise" if found.repeatable else "more than the noise"
         rms = quantity(found.rms, found.unit)

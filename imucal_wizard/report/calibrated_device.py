@@ -8,6 +8,7 @@ import numpy as np
 
 from imucal_wizard.core.dates import SECONDS_PER_YEAR, seconds_of
 from imucal_wizard.core.description import Description
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.gravity import median_magnitude
 from imucal_wizard.core.limits import drift
@@ -21,7 +22,7 @@ from imucal_wizard.core.poses import (
     nearest_pose,
 )
 from imucal_wizard.core.quantities import or_nan
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.calibrated_sensor import (
@@ -29,6 +30,7 @@ from imucal_wizard.diagnose.calibrated_sensor import (
     CalibratedSensor,
     RecheckData,
     TableGyroscope,
+    plain_forces,
 )
 from imucal_wizard.diagnose.grade import given_limits
 from imucal_wizard.diagnose.other_axes import (
@@ -53,8 +55,10 @@ from imucal_wizard.diagnose.recheck import (
 from imucal_wizard.estimate.fit_warnings import unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.magnetometer.field_data import field_unit
+from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.rate_table import find_table
 from imucal_wizard.estimate.rounded import steps_in, with_rounding
+from imucal_wizard.estimate.surroundings import circumstances_of
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.guide.steps.recheck import Proposal
 from imucal_wizard.measurement.clipping import axes_without_noise
@@ -67,6 +71,7 @@ from imucal_wizard.model.effect import (
     MAGNETOMETER,
     AxisEffect,
     Effect,
+    FieldUnit,
 )
 from imucal_wizard.model.rows.source import ENTRIES, Parameters
 from imucal_wizard.report.calibration_file import Calibration, Device, Sensor
@@ -391,9 +396,9 @@ class CalibratedDevice:
         if known is None or not measured.holds:
             return ""
         means = np.array([hold.accelerometer for hold in measured.holds])
-        if known.unit == COUNT:
-            means = (means - known.calibration.bias) @ known.calibration.matrix.T
-        size = median_magnitude(means)
+        size = median_magnitude(
+            plain_forces(known, measured.holds) if known.unit == COUNT else means
+        )
         ratio = self.criteria.gravity / max(size, 1e-9)
         return "; ".join(unit_notes(ratio)) if abs(np.log(ratio)) > IMPLAUSIBLE_SCALE else ""
 
@@ -405,25 +410,52 @@ class CalibratedDevice:
             accelerometer: its verdict; one that has changed does not show the dip.
         """
         sensor, readings = self.calibration[MAGNETOMETER], measured.readings
-        up_of, rows, vectors = self.calibration.sensors.get(ACCELEROMETER), [], []
-        if accelerometer is not None and accelerometer.verdict is RecheckVerdict.NO_GO:
-            up_of = None
         series = None if readings is None else readings.magnetometer
-        for hold in measured.holds:
-            part = None if series is None else series.between(hold.start, hold.end)
-            if part is not None and len(part):
-                rows.append(hold.accelerometer)
-                vectors.append(sensor.apply(part.values).mean(axis=0))
+        parts = {
+            place: part
+            for place, hold in enumerate(measured.holds)
+            if series is not None and len(part := series.between(hold.start, hold.end))
+        }
+        field = sensor.parameters.get("field")
+        unit = FieldUnit() if field is None else field_unit(sensor.unit, field.value)
         limit = self.criteria.limits.get(MAGNETOMETER)
         if limit is None and sensor.limit is not None:
             limit = sensor.limit
         else:
-            field = sensor.parameters.get("field")
-            size = 1.0 if field is None else field_unit(sensor.unit, field.value).size
-            limit = size * (self._limit(MAGNETOMETER, sensor) if limit is None else limit)
-        up = None if up_of is None or not rows else up_of.apply(np.array(rows))
+            limit = unit.size * (self._limit(MAGNETOMETER, sensor) if limit is None else limit)
+        changed = accelerometer is not None and accelerometer.verdict is RecheckVerdict.NO_GO
+        up = None if changed or not parts else self._forces(measured)
+        vectors = self._fields([*parts.values()], unit, readings)
         floor = sensor.error_as_left
-        return judge_field(np.array(vectors).reshape(-1, 3), up, limit, floor, sensor.unit)
+        return judge_field(vectors, None if up is None else up[[*parts]], limit, floor, sensor.unit)
+
+    def _forces(self, measured: RecheckData) -> FloatArray | None:
+        """Corrected force in each hold, m/s², shape (n, 3); None without an accelerometer."""
+        known = self.sensors.get(ACCELEROMETER)
+        if known is None:
+            return None
+        plain, holds = plain_forces(known, measured.holds), measured.holds
+        if not known.terms:
+            return plain
+        gravity, readings = self.criteria.gravity, measured.readings
+        where = circumstances_of(holds, unit_vectors(plain), gravity, known.size, readings)
+        means = np.array([hold.accelerometer for hold in holds])
+        return self.calibration[ACCELEROMETER].apply(means, where, self.settings.own)
+
+    def _fields(
+        self, parts: Sequence[Series], unit: FieldUnit, readings: Readings | None
+    ) -> FloatArray:
+        """Mean of the corrected field in each part of the readings, shape (n, 3)."""
+        if not parts:
+            return np.zeros((0, 3))
+        time = np.concatenate([one.time for one in parts])
+        values = np.concatenate([one.values for one in parts])
+        beside = recorded(time, readings)
+        where = around(time, values, beside, readings, self.criteria.gravity, unit)
+        where = replace(where, current=np.nan_to_num(where.current))  # unknown: none flows
+        corrected = self.calibration[MAGNETOMETER].apply(values, where, self.settings.own)
+        ends = np.cumsum([len(one) for one in parts])[:-1]
+        return np.array([one.mean(axis=0) for one in np.split(corrected, ends)])
 
 
 def recheck_data(
@@ -557,14 +589,15 @@ def check_table(calibration: Calibration, table: KnownRates) -> None:
 
 
 def _coefficient(name: str, sensor: Sensor) -> FloatArray | None:
-    """Standard error of the temperature coefficient of each bias, SI/°C; None without one."""
+    """Standard error of the temperature coefficient of each bias, SI/°C; None where unknown."""
     term = "bias-temperature"
     if term not in sensor.model:
         return None
     one = effect(term)
     size = one.sizes[name].si if isinstance(one, AxisEffect) else 1.0
-    each = (sensor.parameters.get(f"{term}_{axis}") for axis in AXES)
-    return np.array([size * (0.0 if p is None else p.standard_error or 0.0) for p in each])
+    found = (sensor.parameters.get(f"{term}_{axis}") for axis in AXES)
+    errors = [None if one is None else one.standard_error for one in found]
+    return None if None in errors else size * np.array(errors, float)
 
 
 def _seat(sensor: Sensor, unit: str) -> float:

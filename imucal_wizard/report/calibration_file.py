@@ -465,7 +465,8 @@ class Calibration(msgspec.Struct, frozen=True):
 def says_the_same(path: Path, calibration: Calibration, *, described: bool = True) -> bool:
     """Whether a file has the same calibration, except for its date and the one before it.
 
-    A session goes on after its first result, so that its fingerprint may differ.
+    A session goes on after its first result, so that its fingerprint and its warnings about the
+    stream may differ.
 
     Args:
         path: the file.
@@ -479,7 +480,7 @@ def says_the_same(path: Path, calibration: Calibration, *, described: bool = Tru
     sensors = {
         name: msgspec.structs.replace(one, as_found=None) for name, one in found.sensors.items()
     }
-    own = {"created": calibration.created, "fingerprint": calibration.fingerprint}
+    own = {name: getattr(calibration, name) for name in ("created", "fingerprint", "warnings")}
     found = msgspec.structs.replace(found, **own, sensors=sensors)
     if not described:
         about = {

@@ -263,13 +263,10 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
     """What the report says of one sensor."""
     sensor = calibration[name]
     freedom, factor = sensor.degrees_of_freedom, _coverage_factor(sensor)
-    degrees = (
-        "unknown degrees of freedom"
-        if not freedom
-        else f"more than {MAX_DEGREES} degrees of freedom"
-        if freedom > MAX_DEGREES
-        else f"{freedom} degrees of freedom"
-    )
+    degrees = "normal distribution: the file states no degrees of freedom"
+    if freedom:
+        count = f"more than {MAX_DEGREES}" if freedom > MAX_DEGREES else str(freedom)
+        degrees = f"Student's t, {count} degrees of freedom"
     rows = [_parameter_row(p, v, sensor) for p, v in sensor.parameters.items()]
     if not any(row[-1] for row in rows):
         rows = [row[:-1] for row in rows]
@@ -295,7 +292,7 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
         "parameters": rows,
         "remark": ["remark"] * (len(rows[0]) > 4) if rows else [],
         "uncertainty": f"U: expanded uncertainty, coverage factor k = {fixed(factor, 2)} for a "
-        f"coverage probability of about 95 % (Student's t, {degrees}).",
+        f"coverage probability of about 95 % ({degrees}).",
         "correlated": _correlations(sensor),
         "not_determined": f"Not determined by these data: {missing}. Each has its nominal value, "
         "and no uncertainty is stated."

@@ -45,12 +45,14 @@ class Known:
         error: standard error, or None if there is none.
         unit: unit word; "" for that of the other files.
         freedom: degrees of freedom of the standard error.
+        unsure: it has an error, but that is not known, as of a parameter that is not determined.
     """
 
     value: float
     error: float | None
     unit: str
     freedom: int = EXACT_FREEDOM
+    unsure: bool = False
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,7 @@ def _of_calibration(name: str, calibration: Calibration) -> NamedParameters:
                     one.standard_error,
                     one.unit,
                     record.degrees_of_freedom or EXACT_FREEDOM,
+                    unsure=one.standard_error is None,
                 )
                 for parameter, one in record.parameters.items()
                 if one.carried
@@ -285,7 +288,7 @@ def _in_unit(name: str, one: Known, unit: str) -> Known:
         if one.unit in units and unit in units:
             factor = units[one.unit] / units[unit]
             error = None if one.error is None else one.error * factor
-            return Known(one.value * factor, error, unit, one.freedom)
+            return replace(one, value=one.value * factor, error=error, unit=unit)
     raise UsageError(
         f"{name} is in {one.unit} in one file and in {unit} in another: only calibrations of "
         "readings in the same unit can be compared"
@@ -293,7 +296,12 @@ def _in_unit(name: str, one: Known, unit: str) -> Known:
 
 
 def _known(each: Sequence[Known]) -> list[tuple[float, int]]:
-    """Standard errors with their freedom; a value without one, as in a certificate, is exact."""
+    """Standard errors with their freedom; none if one is not known.
+
+    A value without a standard error, as in a certificate, is exact.
+    """
+    if any(one.unsure for one in each):
+        return []
     found = [(one.error, one.freedom) for one in each if one.error is not None]
     return [(error, freedom) for error, freedom in found if error > 0.0]
 
@@ -360,7 +368,7 @@ def difference_table(
     lines = [f"{place}: {one.name}" for place, one in enumerate(files, 1)]
     lines += [table_row(cells, widths) if cells else "" for cells in table]
     what = "scatter more than their standard errors predict" if many else "differ"
-    expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.1f} expected by chance)"
+    expected = f"(p < {SIGNIFICANT:g}; {SIGNIFICANT * total:.2g} expected by chance)"
     lines += [
         "",
         f"▸ {marked} of {total} parameters {what}",

@@ -186,7 +186,7 @@ def _calibration_rows(history: DeviceHistory) -> str:
         about = "  ".join(text for text in (one.place, one.operator, one.note) if text)
         if about:
             rows.append(f"{'':12}{about}")
-    first = "as found: by the calibration before, the first by nominal conversion"
+    first = "as found: error with the previous calibration; of the first, without any"
     return "\n".join([*rows, first])
 
 
@@ -238,7 +238,7 @@ def drift_notes(
         elif marked:
             notes.append(f"▸ p < {MARKED:g}; spread: from date to date, beyond the standard errors")
     elif dates:
-        notes.append("no drift yet: it takes calibrations of two days")
+        notes.append("no drift yet: a drift needs calibrations on two days")
     warm = temperature_note(history)
     return (*notes, warm) if warm else tuple(notes)
 

@@ -67,7 +67,7 @@ _COUNTS = NoiseUnits((1.0, "counts/√Hz"), (1.0, "counts"), (60.0, "counts/√h
 _TITLES = {
     "white": "white noise",
     "bias_instability": "bias instability",
-    "random_walk": "rate random walk",
+    "random_walk": "bias random walk",
 }
 
 
@@ -142,11 +142,10 @@ def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
 
 
 def _axes_together(sensor: SensorAtRest, name: str) -> float | None:
-    """Root mean square of a coefficient over the axes; None if no axis determines it."""
+    """Root mean square of a coefficient over the axes that determine it; None if none does."""
     found = [fit.coefficients[name] for fit in sensor.fits]
-    if not any(one.determined for one in found):
-        return None
-    return root_mean_square(np.array([one.value for one in found]))
+    known = [one.value for one in found if one.determined]
+    return root_mean_square(np.array(known)) if known else None
 
 
 def _kalibr(sensor: SensorAtRest) -> dict[str, float | None] | None:
@@ -206,20 +205,24 @@ def _fault(error: Exception) -> str:
 
 
 def noise_for_export(document: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """White noise and random walk of each sensor for other programs, SI, rms over the axes.
+    """White noise and random walk of each sensor for other programs, SI.
 
-    What no axis determines is left out, and so are sensors that send counts.
+    Each is the rms over the axes that determine it. What no axis determines is left out, and so are
+    sensors that send counts.
     """
     found: dict[str, dict[str, float]] = {}
     for name, sensor in document["sensors"].items():
         if sensor["units"].get("deviation") not in _PX4:
             continue
-        axes = sensor["axes"].values()
-        found[name] = {
-            key: root_mean_square(np.array([float(axis[key]) for axis in axes]))
+        known = {
+            key: [
+                float(axis[key])
+                for axis in sensor["axes"].values()
+                if key not in axis.get("not_determined", ())
+            ]
             for key in ("white", "random_walk")
-            if any(key not in axis.get("not_determined", ()) for axis in axes)
         }
+        found[name] = {key: root_mean_square(np.array(one)) for key, one in known.items() if one}
     return found
 
 
@@ -300,7 +303,7 @@ def _sensor_lines(name: str, sensor: SensorAtRest, width: int) -> list[str]:
 
 
 def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
-    """The least Allan deviation, and a plot of those that are known; none before any is."""
+    """The least Allan deviation, rms of the axes, and a plot of those known; none before any is."""
     factor, unit = usual_units(sensor.unit).deviation
     deviation = np.sqrt(np.mean(sensor.allan.variance, axis=1))
     error = np.sqrt(np.mean([fit.error**2 for fit in sensor.fits], axis=0))
@@ -315,7 +318,7 @@ def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
     )
     size = width, height
     rows = _plot(sensor.taus[known], (deviation * factor)[known], (curve * factor)[known], size)
-    caption = f"  Allan deviation in {unit}, mean of the axes; × is the fitted curve"
+    caption = f"  Allan deviation in {unit}, rms of the axes; × is the fitted curve"
     return [head, *rows[:-1], rows[-1].rstrip(), caption]
 
 

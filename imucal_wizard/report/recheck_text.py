@@ -87,10 +87,11 @@ def recheck_text(found: Recheck, calibration: Calibration) -> str:
 
 
 def checked_text(found: Recheck, calibration: Calibration) -> str:
-    """How long the check took, and against which calibration."""
+    """How long the samples last, and against which calibration they are checked."""
     named = calibration.device_name
     whose = f"of {named}, " if named else "of "
-    return f"after {found.seconds:.0f} s, against the calibration {whose}{calibration.date[:10]}"
+    date = calibration.date[:10]
+    return f"{found.seconds:.0f} s of samples, against the calibration {whose}{date}"
 
 
 def change_text(moved: MovedParameter) -> str:

@@ -11,6 +11,7 @@ from imucal_wizard.core.quantities import (
     fixed,
     limits_text,
     number,
+    plural,
     quantity,
     true_minus,
     unit_sign,
@@ -85,15 +86,10 @@ def _grades(
 
 
 def errors_text(fit: SensorFit) -> str:
-    """The error held out, or fitted where nothing could be held out, beside the noise.
-
-    A fit with as many parameters as data leaves nothing to judge it by.
-    """
-    error, floor, of = fit.rms_held_out, fit.floor, "held out"
-    if error is None and fit.minimum is not None and fit.degrees_of_freedom == 0:
-        return "the error is not known"
+    """The error by which a fit is judged, beside the noise."""
+    error, floor, of = fit.error_and_floor
     if error is None:
-        error, floor, of = fit.rms_fitted, fit.floor_fitted, "fitted"
+        return "the error is not known"
     return f"{quantity(error, fit.unit)} {of}, noise {quantity(floor, fit.unit)}"
 
 
@@ -101,20 +97,31 @@ def _motions(report: FitReport) -> str:
     """Number of rotations, and of those about one axis that was level."""
     count, single = len(report.rotations), sum(row.rotations for row in report.comparison)
     about = f" ({single} of them about one level axis)" if single else ""
-    return f"{len(report.holds)} holds, {count} rotations{about}"
+    return f"{plural(len(report.holds), 'hold')}, {plural(count, 'rotation')}{about}"
 
 
 def _wrapped(text: str) -> str:
     return textwrap.fill(text, TEXT_COLUMNS, subsequent_indent="  ", break_on_hyphens=False)
 
 
+def interval_text(fit: SensorFit) -> str:
+    """Where the error of new data lies nine times in ten, ``90 %: 0.121 to 0.188 mg``; or "".
+
+    With few data, those left out have a worse fit than new ones: their error may lie above.
+    """
+    limits, out = fit.held_out_interval, fit.rms_held_out
+    above = limits is not None and out is not None and out > limits[1]
+    text = limits_text(limits, fit.unit)
+    return f"{'new data, ' * above}90 %: {text}" if text else ""
+
+
 def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
     lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
-    errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.floor)
+    errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.error_and_floor[1])
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
-    limits = limits_text(fit.held_out_interval, fit.unit)
-    likely = f" (90 %: {limits})" if limits else ""
+    limits = interval_text(fit)
+    likely = f" ({limits})" if limits else ""
     text = f"  error: before {before}, fitted {fitted}, held out {held_out}{likely}, noise {floor}"
     hidden = ""
     if known is not None and known.could_be is not None:
@@ -220,7 +227,7 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
     alignment = stage.alignment
     dip, doubt, rms = np.degrees([alignment.dip, alignment.dip_error, alignment.rms])
     used = int(alignment.used.sum())
-    where = f"equal in {used} holds to {rms:.2f}° rms"
+    where = f"equal in {plural(used, 'hold')} to {rms:.2f}° rms"
     lines = [
         "SECOND STAGE  alignment of the sensors to one another",
         f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
@@ -235,7 +242,10 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
         )
     left = len(alignment.used) - used
     if left:
-        lines.append(f"  {left} holds do not fit and were left out (iron near them?)")
+        do, were, them = ("does", "was", "it") if left == 1 else ("do", "were", "them")
+        lines.append(
+            f"  {plural(left, 'hold')} {do} not fit and {were} left out (iron near {them}?)"
+        )
     if stage.clock is not None:
         late = true_minus(f"{1e3 * stage.clock.seconds:+.2f}")
         error = f"{1e3 * stage.clock.standard_error:.2f}"

@@ -130,5 +130,5 @@ def judge_prediction(
     now, then, unit = findings.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
     if prediction.held_out and now is not None and then is not None:
         found = f"with it: {quantity(now, unit)} → {quantity(then, unit)}"
-        judge(f"it {prediction.held_out}", f"it {STAYS if guessed.rises else FALLS}", found)
+        judge(f"it {prediction.held_out}", f"it {FALLS if then < now else STAYS}", found)
     return tuple(judged)

@@ -9,8 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from imucal_wizard.core.errors import PlaceError, RecordingError, SessionError, UsageError
-from imucal_wizard.core.input import is_file
+from imucal_wizard.core.errors import PlaceError, SessionError, UsageError
+from imucal_wizard.core.input import check_file, is_file
 from imucal_wizard.core.output import note, say
 from imucal_wizard.tui.app import SIGNALLED, BaseApp, WizardApp
 from imucal_wizard.tui.options import AppSettings, WizardOptions
@@ -157,8 +157,7 @@ def _check(options: WizardOptions) -> None:
             "the wizard needs a terminal; for a recording without one: imucal-wizard fit FILE"
         )
     for path in options.replay:
-        if not is_file(path):
-            raise RecordingError(f"there is no file {path}; check the path")
+        check_file(path)
     if options.resume is not None and not is_file(options.resume):
         raise SessionError(f"there is no session {options.resume}; check the path")
     _check_stream(options)

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from imucal_wizard.acquire.files import SUFFIX
 from imucal_wizard.core.description import Description
-from imucal_wizard.core.errors import RecordingError, SessionError, SessionTakenError, UsageError
-from imucal_wizard.core.input import is_file
+from imucal_wizard.core.errors import SessionError, SessionTakenError, UsageError
+from imucal_wizard.core.input import check_file, is_file
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.tui.options import WizardOptions
@@ -406,8 +406,7 @@ class SourceOpener:
         from imucal_wizard.acquire.files import is_session
 
         for path in paths:
-            if not is_file(path):
-                raise RecordingError(f"there is no file {path}; check the path")
+            check_file(path)
         if len(paths) == 1 and is_session(paths[0]):
             return self._session_player(paths[0])
         from imucal_wizard.acquire.files.recording_files import read_files

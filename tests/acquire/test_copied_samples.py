@@ -56,3 +56,4 @@ def test_a_recording_says_which_samples_are_left_out(tmp_path: Path) -> None:
     assert len(readings.accelerometer) == len(readings.gyroscope or ()) == 1000
     (said,) = [text for text in readings.warnings if "copy" in text]
     assert said.startswith("200 samples from 6.0 to 8.0 s after the beginning are an exact copy")
+    assert not [text for text in readings.warnings if "missing" in text]

@@ -30,15 +30,17 @@ def in_counts(path: Path) -> None:
 
 
 def test_a_fit_needs_numpy_and_nothing_heavier(tmp_path: Path) -> None:
-    """Of a text recording in counts; medians and sorted values would import numpy.ma.
+    """Of text recordings, one in counts; medians and sorted values would import numpy.ma.
 
     Without a verdict it needs no bench either.
     """
-    path = tmp_path / "recording.csv"
+    path, field = tmp_path / "recording.csv", tmp_path / "field.csv"
     simulate_recording(path, seed=1)
     in_counts(path)
+    simulate_recording(field, seed=2, rate=25.0, poses="8", magnetometer=True)
     code = (
         "import sys; from imucal_wizard.cli.main import main; "
+        f"main(['fit', {str(field)!r}, '--no-verdict']); "
         f"main(['fit', {str(path)!r}, '--no-verdict']); print({BENCH!r} in sys.modules); "
         f"main(['fit', {str(path)!r}]); print({BENCH!r} in sys.modules); "
         f"print([name for name in {HEAVY} if name in sys.modules])"

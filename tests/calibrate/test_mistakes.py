@@ -392,6 +392,13 @@ def test_holds_in_which_an_axis_is_stuck_are_not_used(
     assert [one.verdict for one in found] == [Verdict.COMPLETE, gyroscope]
 
 
+def test_all_axes_that_rest_at_the_ends_of_their_ranges_are_one_warning() -> None:
+    readings = with_accelerometer(session(), lambda force: np.clip(force, -9.3, 9.3))
+    notes = fit_readings(readings).notes(judged=False)
+    (text,) = [note for note in notes if "without any noise: the end of its range" in note]
+    assert all(f"{axis} axis reads 9.3 in" in text for axis in "xyz")
+
+
 @pytest.mark.parametrize("seconds", [0.12, 0.5, 1.0, 5.0])
 def test_a_time_in_another_unit_is_told_by_the_gyroscope(seconds: float) -> None:
     """A counter of samples taken for seconds makes any sampling rate."""

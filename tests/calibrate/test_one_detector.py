@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.files import RecordingOptions
@@ -73,16 +73,32 @@ def _compared(one: Sequence[Hold], other: Sequence[Hold]) -> tuple[int, list[str
     return same, unlike
 
 
+def _unbroken(holds: Sequence[Hold], others: Sequence[Hold]) -> list[Hold]:
+    """The holds without those that the other limit breaks in parts: these it does not find."""
+
+    def over(hold: Hold, among: Sequence[Hold]) -> list[Hold]:
+        return [one for one in among if min(one.end, hold.end) > max(one.start, hold.start)]
+
+    return [
+        hold
+        for hold in holds
+        if all(len(over(one, holds)) == 1 for one in over(hold, others))
+        and len(over(hold, others)) < 2
+    ]
+
+
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([0.0, 0.005, 0.02, 0.08]))
+@example(465, 0.08)  # one limit breaks the first rest where the tremor changes
 def test_every_limit_that_finds_a_rest_finds_the_same_samples(seed: int, tremor: float) -> None:
     found = _offline(_shaken(seed, tremor))
     whole = max(found, key=len)
     assert len(whole) >= 6  # of seven: a tremor that changes within a rest may break it
     for holds in found:
-        same, unlike = _compared(whole, holds)
+        kept = _unbroken(holds, whole)
+        same, unlike = _compared(_unbroken(whole, holds), kept)
         assert not unlike
-        assert same == len(holds)
+        assert same == len(kept) >= len(holds) - 2
 
 
 @settings(max_examples=2, deadline=None)

@@ -102,6 +102,24 @@ def test_together_with_gravity_the_matrix_is_in_the_accelerometers_frame(tmp_pat
     assert (better < 0.5 * before).all()
 
 
+@pytest.mark.parametrize(("about", "method"), [("x", "rate table"), ("z", "vector + table")])
+def test_nothing_is_said_of_the_fit_that_the_table_replaces(about: str, method: str) -> None:
+    """Rotations about one axis leave gains nominal; with the table all are fitted."""
+    hand = record(BNO055, 3, turns=3)
+    assert hand.gyroscope is not None
+    time, kept = hand.gyroscope.time, np.ones(len(hand.gyroscope), bool)
+    for one in fit_readings(hand).rotations:
+        if one.axis is None or one.axis not in about:  # nothing was recorded while it turned
+            kept &= (time <= one.time[0] + 0.3) | (time >= one.time[-1] - 0.3)
+    left = Series(time[kept], hand.gyroscope.values[kept], hand.gyroscope.unit)
+    table, _ = table_recording(BNO055, 3, FAST, 4.0, white=True)
+    readings = joined(replace(hand, gyroscope=left), table)
+    report = fit_readings(readings, FitOptions(rates=tuple(DEGREE * r for r in FAST)))
+    fit = report.sensors["gyroscope"]
+    assert (fit.method, fit.not_determined) == (method, ())
+    assert not [text for text in report.warnings if "do not determine" in text]
+
+
 def turntable(case: Case, angles_deg: tuple[float, ...], seed: int) -> Readings:
     """Turns by known angles between rests of three seconds, in all mountings."""
     rng, rates = np.random.default_rng(seed), []

@@ -11,6 +11,7 @@ import pytest
 from imucal_wizard.api import load
 from imucal_wizard.cli import main as cli
 from imucal_wizard.model.effects.second_order import SecondOrder
+from imucal_wizard.report.calibration_file import read_calibration
 from imucal_wizard.simulate.recording import simulate_recording
 from tests.cli.flat import flat_recording
 from tests.model.restless import restless
@@ -237,6 +238,23 @@ def test_a_picture_is_printed_as_text_and_as_data(
     (view,) = json.loads(capsys.readouterr().out)["views"]
     assert len(view["x"]) == len(view["y"]) == len(view["model"]) == len(view["source"])
     assert view["x"] == sorted(view["x"])
+
+
+@pytest.mark.parametrize("options", [["--view", "force-x"], ["--guess", "second-order:x"]])
+def test_a_calibration_is_saved_beside_a_picture_and_a_guess(
+    recording: Path, tmp_path: Path, options: list[str]
+) -> None:
+    saved = tmp_path / "saved.json"
+    words = ["bench", str(recording), *options, "--add", "second-order", "--save", str(saved)]
+    assert cli.main(words) == 0
+    assert "second-order" in read_calibration(saved)["accelerometer"].model
+
+
+def test_a_picture_and_a_guess_are_two_outputs(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["bench", str(recording), "--view", "list", "--guess", "second-order:x"]) == 2
+    assert "give one of them" in capsys.readouterr().err
 
 
 def test_the_picture_of_a_suspect_has_the_slope_of_its_size(

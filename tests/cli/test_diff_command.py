@@ -1,6 +1,7 @@
 """``diff``: calibrations against each other and against a reference."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,10 @@ from tests.report.devices import calibration
 
 
 def saved(
-    path: Path, values: dict[str, tuple[float, float]], unit: str = "m/s^2", device: str = "a"
+    path: Path,
+    values: Mapping[str, tuple[float, float | None]],
+    unit: str = "m/s^2",
+    device: str = "a",
 ) -> Path:
     """A calibration with these parameters of the accelerometer, 20 degrees of freedom."""
     made: Calibration = calibration(felt=False)
@@ -61,9 +65,19 @@ def test_two_calibrations_differ_by_their_errors_together(
     assert notes == []
     assert cli.main(["diff", str(first), str(second)]) == 0
     said = capsys.readouterr().out
-    assert "▸ 0 of 2 parameters differ" in said
+    assert "▸ 0 of 2 parameters differ\n  (p < 0.01; 0.02 expected by chance)" in said
     row = next(line.split() for line in said.splitlines() if "bias_x" in line)
     assert row == ["bias_x", "[mg]", "20.39", "21.41", "1.02", "±", "0.51", "5.0", "0.053"]
+
+
+def test_a_calibration_without_an_error_is_not_exact(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As of a parameter that its poses do not determine; a certificate's number is exact."""
+    first = saved(tmp_path / "a.json", {"bias_x": (0.20, None)})
+    second = saved(tmp_path / "b.json", {"bias_x": (0.21, 0.004)})
+    one = difference(capsys, first, second)[0]["bias_x"]
+    assert (one["standard_errors"], one["standard_error"], one["p"]) == ([None, 0.004], None, None)
 
 
 def test_the_scatter_of_ten_sets_stands_beside_the_one_predicted(

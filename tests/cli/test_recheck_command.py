@@ -71,6 +71,18 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.fixture(scope="module")
+def with_field(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A recording with a magnetometer, and its calibration beside it."""
+    made = tmp_path_factory.mktemp("field")
+    simulate_recording(
+        made / "a.csv", seed=11, rate=25.0, poses="6", rotations=1, hold=3.0, magnetometer=True
+    )
+    options = ["--no-verdict", "--force", "--save", str(made / "cal.json")]
+    assert cli.main(["fit", str(made / "a.csv"), *options]) == 0
+    return made
+
+
 @pytest.fixture
 def run(folder: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     """The exit status and the document of a recheck, of ``today.csv`` if no file is given."""
@@ -469,15 +481,10 @@ def test_the_limit_does_not_depend_on_the_unit_of_the_readings(folder: Path) -> 
 
 
 def test_an_accelerometer_that_has_changed_accuses_no_magnetometer(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    with_field: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The up direction is then wrong, and with it the dip."""
-    path, saved, now = (tmp_path / name for name in ("a.csv", "cal.json", "now.csv"))
-    simulate_recording(
-        path, seed=11, rate=25.0, poses="6", rotations=1, hold=3.0, magnetometer=True
-    )
-    options = ["--no-verdict", "--force", "--save", str(saved)]
-    assert cli.main(["fit", str(path), *options]) == 0
+    path, saved, now = with_field / "a.csv", with_field / "cal.json", tmp_path / "now.csv"
     rows = [line.split(",") for line in path.read_text().splitlines()]
     for row in rows:
         if row[0][0].isdigit():
@@ -489,6 +496,37 @@ def test_an_accelerometer_that_has_changed_accuses_no_magnetometer(
     assert sensors["accelerometer"]["verdict"] == "no-go"
     assert sensors["magnetometer"]["verdict"] == "go"
     assert sensors["magnetometer"]["says"].startswith("magnitude varies by")
+
+
+@pytest.mark.parametrize(
+    ("sensor", "term", "unit"),
+    [
+        ("accelerometer", "bias-temperature", "mg/°C"),
+        ("accelerometer", "my-square", "mm/s²"),
+        ("magnetometer", "bias-temperature", "µT/°C"),
+        ("magnetometer", "current", "µT/A"),
+    ],
+)
+def test_a_field_is_judged_beside_effects_of_more_than_the_reading(
+    with_field: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], sensor: str,
+    term: str, unit: str,
+) -> None:  # fmt: skip
+    loose = json.loads((with_field / "cal.json").read_text())
+    names = ["x"] if term == "my-square" else ["x", "y", "z"]
+    effect: dict[str, Any] = {"term": term, "sensor": sensor, "equation": "", "unit": unit}
+    effect |= {"parameters": names, "sizes": [0.0] * len(names), "reference_temperature": 25.0}
+    loose["sensors"][sensor]["effects"] = [effect]
+    place, own = tmp_path / "more.json", tmp_path / "own.py"
+    place.write_text(json.dumps(loose))
+    own.write_text(OWN_EFFECT)
+    judged = []
+    for file in (with_field / "cal.json", place):
+        capsys.readouterr()
+        words = ["recheck", str(file), str(with_field / "a.csv"), "--effects", str(own)]
+        assert cli.main([*words, "--json", "-"]) == 1
+        judged.append(json.loads(capsys.readouterr().out)["sensors"]["magnetometer"])
+    assert judged[1] == judged[0]
+    assert judged[0]["verdict"] == "go"
 
 
 def test_a_magnetometer_without_readings_is_said_to_be_unchecked(folder: Path) -> None:

@@ -1,12 +1,14 @@
 """What data held out confirm: errors of all rows that judge a model, in units of their noise."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, entries_of
+from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
@@ -66,6 +68,22 @@ def test_a_suspect_tells_which_error_would_not_fall(named: tuple[Bench, BenchFin
         r"would: from 2\.\d\d times the noise to 1\.\d\d times the noise$"
     )
     assert re.search(words, suspect_details(entry, named[1].fit, 80))
+
+
+def test_of_a_hold_and_a_rotation_with_one_number_the_one_that_is_off_is_accused(
+    named: tuple[Bench, BenchFindings],
+) -> None:
+    fit, number = named[1].fit, 7
+    table = fit.rows
+    assert table is not None
+    entry = next(one for one in entries_of(*named) if one.term == DISTURBED)
+    assert entry.suspect is not None
+    accused = replace(entry, suspect=replace(entry.suspect, hold=number))
+    for moving, words in ((True, "rotation 8"), (False, "hold 8")):
+        own = (table.index == number) & (table.moving == moving)
+        assert own.any()
+        off = replace(table, residual=np.where(own, 100.0 * table.floor, 0.0))
+        assert suspect_details(accused, replace(fit, rows=off), 80).startswith(words)
 
 
 def test_no_earlier_data_need_foresee_a_step() -> None:

@@ -10,7 +10,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.curve_shape import CurveShape
+from imucal_wizard.diagnose.curve_shape import CurveShape, rms_size
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import inside_steep_part
@@ -118,6 +118,16 @@ def test_a_step_of_one_axis_is_told_with_place_width_and_size() -> None:
     assert "The error of x depends on the force along x only: sharp at 0.3" in text
     for words in ("g wide", "mg", "up to bias and scale", "Adding unknown-shape/x would bring"):
         assert words in text
+
+
+def test_the_error_of_a_curves_size_counts_how_its_coefficients_move_together() -> None:
+    rng, sizes = np.random.default_rng(5), np.array([0.4, 0.9, -0.3])
+    root = 0.03 * np.array([[1.0, 0.0, 0.0], [0.9, 0.4, 0.0], [-0.8, 0.1, 0.3]])
+    covariance = root @ root.T
+    drawn = sizes + rng.standard_normal((4000, 3)) @ root.T
+    scatter = np.linalg.norm(drawn, axis=1).std()
+    errors = np.sqrt(np.diag(covariance))
+    assert rms_size(sizes, errors, covariance)[1] == pytest.approx(scatter, rel=0.05)
 
 
 def test_a_width_is_not_told_where_no_hold_lies_inside() -> None:

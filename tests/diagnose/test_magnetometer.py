@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.recheck import judge_field
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.verdict_text import verdict_text
+from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
@@ -136,6 +136,20 @@ def test_a_field_of_the_room_is_not_attributed_to_the_sensor() -> None:
     assert "The field differs from place to place" in verdict_text(said)
     assert all("one metre away" in pose.why for pose in said.next_poses)
     assert len(said.next_poses) == 6
+
+
+def test_a_pose_whose_dip_is_off_is_not_left_out_with_the_span_of_another_reading() -> None:
+    benches = tumbled()
+    bench = benches.bench("magnetometer")
+    assert bench is not None
+    found, dips = bench.look(), bench.rows.index[bench.rows.kind == "dip"]
+    assert len(dips)
+    for number in dips.tolist():
+        accused = replace(found.opinion, verdict=Verdict.DISTURBED, holds=(number,))
+        said = diagnosis_of(benches, bench, replace(found, opinion=accused))
+        assert said.disturbed_holds
+        assert spans_to_leave_out(said) == []
+        assert "Measure it again" in said.says
 
 
 def test_without_soft_iron_hard_iron_and_one_scale_remain_and_it_is_to_be_put_back() -> None:

@@ -13,6 +13,7 @@ from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.diagnose.bench import Found
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import sizes_of, sizes_text
@@ -27,7 +28,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.estimate.recording import FitOptions, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
@@ -36,7 +37,7 @@ from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
-from imucal_wizard.report.text import errors_text
+from imucal_wizard.report.text import errors_text, interval_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
 
@@ -231,6 +232,29 @@ def test_a_fit_with_as_many_parameters_as_data_tells_no_error() -> None:
     said = statement_of(Benches(refitted(report, tuple(faces.values()), readings), readings))
     assert said.bench is not None
     assert errors_text(said.bench.fit) == "the error is not known"
+    by_method = fit_accelerometer(tuple(faces.values()), report.gravity, "m/s^2", "newton")
+    assert errors_text(by_method) == "the error is not known"
+
+
+def test_an_interval_below_the_error_held_out_is_said_to_be_that_of_new_data() -> None:
+    """With few data, those left out have a worse fit than new ones."""
+    fit = replace(fitted(seed=5)[0].sensors["accelerometer"], rms_held_out=2.0)
+    usual = replace(fit, held_out_interval=(1.0, 3.0))
+    above = replace(fit, held_out_interval=(0.1, 1.5))
+    assert interval_text(usual).startswith("90 %: ")
+    assert interval_text(above).startswith("new data, 90 %: ")
+
+
+def test_an_error_that_is_only_fitted_has_the_same_noise_in_all_lines() -> None:
+    report, readings = fitted(seed=5)
+    faces = tuple(hold for hold in report.holds if hold.pose in FACES)
+    few = refitted(report, faces, readings)
+    fit = few.sensors["accelerometer"]
+    assert fit.rms_held_out is None
+    assert fit.degrees_of_freedom
+    noise = quantity(fit.floor_fitted, fit.unit)
+    assert errors_text(fit).endswith(f"fitted, noise {noise}")
+    assert f"held out not known, noise {noise}" in " ".join(summary(few).split())
 
 
 def test_an_accelerometer_without_enough_directions_has_not_passed() -> None:
@@ -295,6 +319,17 @@ def test_a_term_added_by_hand_that_does_not_help_is_regretted() -> None:
     said = diagnose_benches(benches(), {"accelerometer": ["cross-product"]}, automatic=False)[0]
     assert "held-out data do not confirm it" in said.says
     assert "an effect is confirmed by a fall of more than 3 %" in said.says
+
+
+def test_what_was_added_together_is_not_regretted_one_by_one() -> None:
+    made = benches()
+    bench = made.accelerometer
+    for name in ("second-order", "cross-product"):
+        bench.add(name)
+    assert not bench.confirmed()
+    assert "Cross-product was added, but" in statement_of(made).says
+    bench.keep([Found(one, "", "") for one in ("second-order", "cross-product")])
+    assert "was added, but" not in statement_of(made).says
 
 
 def test_the_gyroscope_waits_until_the_accelerometer_is_complete() -> None:

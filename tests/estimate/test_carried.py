@@ -127,7 +127,9 @@ def test_eight_equal_tilts_determine_one_common_scale() -> None:
     fit = _fit(tilts)
     assert _left(fit) == ANGLES
     assert fit.matrix[0, 0] == fit.matrix[1, 1] == fit.matrix[2, 2]
-    assert "scale of its own" in fit.warnings[0]
+    assert (
+        "scale of its own for each axis: nominal angles and one scale are used" in fit.warnings[0]
+    )
 
 
 def test_eight_different_tilts_may_determine_three_scales_but_no_angle() -> None:

@@ -14,8 +14,8 @@ from imucal_wizard.estimate.second_stage.error_modes import (
     field_moved,
     of_accelerometer,
     of_magnetometer,
-    principal,
 )
+from imucal_wizard.estimate.split import principal_steps
 from tests.estimate.field_truth import FACES, all_over
 
 GRAVITY = 9.80665
@@ -53,7 +53,7 @@ def test_principal_error_modes_make_the_covariance_up_again_in_any_units() -> No
     """A bias of 1 count and a gain of 1e-9 per count: neither is rounded away beside the other."""
     errors = np.concatenate([np.full(3, 1.0), np.full(6, 1e-9)])
     covariance = _covariance(np.random.default_rng(0), errors)
-    found = principal(covariance)
+    found = principal_steps(covariance)
     assert found.shape == (9, 9)
     scaled = (found @ found.T) / np.outer(errors, errors)
     assert scaled == pytest.approx(covariance / np.outer(errors, errors), abs=1e-9)
@@ -62,7 +62,7 @@ def test_principal_error_modes_make_the_covariance_up_again_in_any_units() -> No
 def test_what_is_not_fitted_has_no_uncertainty_of_its_own() -> None:
     covariance = _covariance(np.random.default_rng(1), np.ones(9))
     covariance[4], covariance[:, 4] = 0.0, 0.0
-    found = principal(covariance)
+    found = principal_steps(covariance)
     assert (found[4] == 0.0).all()
     assert found @ found.T == pytest.approx(covariance, abs=1e-9)
 

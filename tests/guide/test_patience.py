@@ -4,6 +4,7 @@ import pytest
 
 from imucal_wizard.core.limits.procedure import MAX_LOOSENED
 from imucal_wizard.guide.kinds import Act, EventKind, StepKind
+from imucal_wizard.guide.plan import standard
 from tests.guide.device import Device, kinds, machine_at, texts
 
 
@@ -160,6 +161,23 @@ def test_limits_that_were_loosened_come_back_with_the_first_calm_hold() -> None:
     assert machine.status().still.loosened == 1.0
     assert "limits are back" in texts(events, EventKind.WARNING)[0]
     assert kinds(events)[-1] is EventKind.HOLD_TAKEN
+
+
+def test_a_slow_motion_within_wide_limits_is_not_called_still() -> None:
+    """Its rest is as long as the step asks for, but no hold: the screen says why."""
+    device = Device()
+    machine = machine_at(StepKind.POSES, device, standard(2, settle_seconds=3.0))
+    for _ in range(4):
+        machine.command("loosen")
+    device.place("+x")
+    for _ in range(9):
+        device.rotate("z", 3.0, 1.0).rotate("z", -3.0, 1.0)
+    events = machine.feed(device.taken())
+    still = machine.status().still
+    assert still.held == still.needed
+    assert (still.still, still.reason) == (False, "it turns or sways slowly")
+    (stuck,) = texts(events, EventKind.STUCK)
+    assert stuck == "No rest for 15 s: it turns or sways slowly. Lean it on something."
 
 
 def test_a_slow_motion_that_rests_for_long_enough_is_taken_back_when_it_goes_on() -> None:

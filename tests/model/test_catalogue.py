@@ -104,6 +104,20 @@ def test_the_same_file_given_by_the_user_moves_the_same(package: Path, tmp_path:
     assert own.variants(session_poses()) == (None,)
 
 
+def test_all_that_an_own_effect_states_of_itself_counts(tmp_path: Path) -> None:
+    """Settings between those tried, sizes that add up to nothing, a prior of each setting."""
+    text = PLAIN.replace(
+        '    kind = "orientation"\n',
+        '    kind, graded, bounded = "orientation", True, True\n    gauge = ((1.0, 1.0, 1.0),)\n\n'
+        "    def variants(self, c):\n        return (1.0, 2.0)\n\n"
+        "    def typical(self, sensor, variant=None):\n        return np.full(3, variant)\n\n",
+    )
+    own = load_effect(_file(tmp_path, text))
+    assert (own.graded, own.bounded, own.gauge) == (True, True, ((1.0, 1.0, 1.0),))
+    assert own.typical("accelerometer", 2.0).tolist() == [2.0] * 3
+    assert own.suited(session_poses()) is own
+
+
 def _file(folder: Path, text: str) -> Path:
     path = folder / "mine.py"
     path.write_text(text)

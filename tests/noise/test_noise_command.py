@@ -16,10 +16,15 @@ from scipy import signal
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.long_recording import LongRecording
 from imucal_wizard.cli.main import main
-from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.errors import DataError, RecordingError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.noise_survey import NoiseSurvey
-from imucal_wizard.report.noise_report import live_noise_text, progress_line, read_noise
+from imucal_wizard.report.noise_report import (
+    live_noise_text,
+    noise_for_export,
+    progress_line,
+    read_noise,
+)
 from tests.acquire.ports import Pty
 from tests.noise.at_rest import csv_of, three_axes
 from tests.report.devices import calibration
@@ -135,6 +140,21 @@ def test_a_device_in_the_hand_is_refused(
     assert "did not rest" in document(capsys, str(path), status=1)["error"]
 
 
+@pytest.mark.parametrize("sensors", ["accelerometer", "both"])
+def test_a_device_that_never_rests_is_refused_for_its_motion(sensors: str) -> None:
+    """No sample of the accelerometer is at rest; a gyroscope that turns evenly seems to be."""
+    time = np.arange(30_000) / RATE
+    tilt = 0.3 * np.sin(2.0 * np.pi * time / 3.0) + 0.2 * np.sin(2.0 * np.pi * time / 1.7)
+    noise = three_axes(8114, 2 * len(time), RATE, white=TRUE_WHITE).reshape(2, -1, 3)
+    swung = 9.8 * np.column_stack([np.sin(tilt), np.zeros(len(time)), np.cos(tilt)])
+    turning = np.column_stack([np.zeros(len(time)), np.gradient(tilt, time), np.zeros(len(time))])
+    gyroscope = Series(time, turning + noise[1], "rad/s") if sensors == "both" else None
+    survey = NoiseSurvey()
+    survey.feed(Readings(Series(time, swung + noise[0], "m/s^2"), gyroscope))
+    with pytest.raises(DataError, match="accelerometer shows motion in 100 %"):
+        survey.result()
+
+
 @pytest.mark.parametrize("kind", ["filtered", "coarse"])
 def test_neither_a_filter_nor_coarse_steps_count_as_motion(kind: str) -> None:
     rate, count = 100.0, 90_000
@@ -239,6 +259,16 @@ def test_kalibr_takes_the_measured_noise(
     capsys.readouterr()
     assert main([*command[:-1], str(saved)]) == 2
     assert "is not the result of a noise measurement" in capsys.readouterr().err
+
+
+def test_an_axis_that_does_not_determine_a_noise_is_not_in_that_of_a_sensor() -> None:
+    """Not as nothing: the noise given to another program would be too small."""
+    axis = {"white": 3e-4, "random_walk": 2e-5}
+    unknown = {"white": 3e-4, "random_walk": 0.0, "not_determined": ["random_walk"]}
+    axes = {"x": axis, "y": unknown, "z": unknown}
+    one = {"units": {"deviation": "m/s^2"}, "axes": axes}
+    found = noise_for_export({"sensors": {"accelerometer": one}})["accelerometer"]
+    assert found == pytest.approx(axis)
 
 
 def test_brackets_without_end_are_refused_as_noise(tmp_path: Path) -> None:

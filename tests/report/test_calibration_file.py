@@ -19,6 +19,7 @@ from imucal_wizard.report.calibration_file import (
     Calibration,
     Sensor,
     Value,
+    says_the_same,
 )
 from tests.report.test_certificate import full
 
@@ -63,6 +64,20 @@ def test_every_finite_number_reads_back_to_the_same_bits(
 ) -> None:
     written = calibration(matrix, bias)
     assert msgspec.json.decode(encode_json(written), type=Calibration) == written
+
+
+def test_a_session_that_goes_on_after_its_result_says_nothing_new(tmp_path: Path) -> None:
+    path, replace = full().save(tmp_path / "my.json"), msgspec.structs.replace
+    sensors = {name: replace(one, as_found=None) for name, one in full().sensors.items()}
+    later = replace(
+        full(),
+        created="2026-11-29T10:00:00+00:00",
+        fingerprint="sha256:0 of the first 9 bytes",
+        warnings=(*full().warnings, "The device's time went back: it has restarted."),
+        sensors=sensors,
+    )
+    assert says_the_same(path, later)
+    assert not says_the_same(path, replace(later, gravity=9.9))
 
 
 def test_saving_replaces_the_file_whole(tmp_path: Path) -> None:

@@ -176,6 +176,16 @@ def test_expanded_uncertainties_are_students_quantile_times_the_standard_error(
     assert found["as_found"] == 5e-3
 
 
+def test_a_factor_without_degrees_of_freedom_is_not_called_students(tmp_path: Path) -> None:
+    made = full()
+    plain = msgspec.structs.replace(made["accelerometer"], degrees_of_freedom=None)
+    made = msgspec.structs.replace(made, sensors={**made.sensors, "accelerometer": plain})
+    said = Visible(reported(tmp_path, made)).text
+    assert (
+        "k = 2.00 for a coverage probability of about 95 % (normal distribution: the file" in said
+    )
+
+
 def test_normal_gravity_is_that_of_the_published_tables() -> None:
     """Moritz, Geodetic Reference System 1980: equator, 45°, pole; free air 0.3086 mGal per m."""
     published = {0.0: 9.7803267715, 45.0: 9.806199203, 90.0: 9.8321863685}

@@ -374,6 +374,9 @@ def test_the_temperature_is_corrected_as_it_was_fitted(name: str, tmp_path: Path
     if name == "ardupilot":
         slope = values["INS_TCAL1_ACC1_X"] / 1e6
         assert values["INS_TCAL1_ENABLE"] == 1
+        # what the vehicle may have of the gyroscope would be enabled with it
+        others = [f"INS_TCAL1_GYR{order}_{axis}" for order in (1, 2, 3) for axis in "XYZ"]
+        assert [values[one] for one in others] == [0.0] * 9
     else:
         slope = values["TC_A0_X1_0"]
         assert values["TC_A_ENABLE"] == 1

@@ -22,7 +22,7 @@ from imucal_wizard.diagnose.views import (
 from imucal_wizard.report.bench_text import blocks, ladder_rows, suspect_size
 from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.report.plot import scatter
-from imucal_wizard.teach.prediction import STAYS, Prediction
+from imucal_wizard.teach.prediction import FALLS, STAYS, Agreement, Prediction, judge_prediction
 from imucal_wizard.tui.bench.pages import LESSON_PLOT_ROWS, next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
@@ -55,6 +55,14 @@ def test_the_added_variable_slope_is_the_least_squares_size(snapshot: BenchSnaps
     sizes = np.linalg.lstsq(columns, misfit.residual, rcond=None)[0]
     assert view.slope == pytest.approx(sizes[entry.suspect.largest], rel=1e-6)
     assert view.slope == pytest.approx(5.0, abs=0.3)
+
+
+def test_an_error_that_stays_as_it_is_does_not_fall(snapshot: BenchSnapshot) -> None:
+    now = snapshot.fit.rms_held_out
+    same = [replace(one, rms_held_out=now) for one in snapshot.entries]
+    for answer, agreement in ((STAYS, Agreement.RIGHT), (FALLS, Agreement.WRONG)):
+        guess = Prediction("hysteresis", held_out=answer)
+        assert judge_prediction(snapshot.diagnosis, guess, same)[-1].agreement is agreement
 
 
 def test_a_size_that_is_cut_short_keeps_its_unit(snapshot: BenchSnapshot) -> None:
@@ -216,6 +224,12 @@ def test_a_rung_whose_held_out_error_rose_is_marked(snapshot: BenchSnapshot) -> 
                     )  # fmt: skip
     unit = snapshot.fit.unit
     assert "▲ only the fitted error fell" in "\n".join(ladder_rows((first, worse), unit, 76))
+    more = replace(worse, rms_fitted=1.1 * first.rms_fitted)
+    rows = "\n".join(ladder_rows((first, more), unit, 76))
+    assert "▲ the held-out error did not fall by 3 %" in rows
+    shown = replace(worse, rms_held_out=0.9 * held_out)
+    rows = "\n".join(ladder_rows((first, shown), unit, 76))
+    assert "▲ in units of the noise, the held-out error did not fall by 3 %" in rows
     late = replace(worse, held_out_in_noise=0.9)
     assert "does not predict the late part" in "\n".join(ladder_rows((first, late), unit, 76))
     better = replace(worse, rms_held_out=0.5 * held_out, confirmed=True)
@@ -300,7 +314,7 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     bench.add("second-order")
     rows = " ".join(lines(next_rows(bench_snapshot(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
-    assert "The size here is about 5." in rows
+    assert "The size here is about 5.0 mg/g²." in rows
 
 
 @pytest.mark.parametrize(
@@ -394,6 +408,15 @@ def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
             assert max(map(len, lines[1:])) <= 79
             assert not any("…" in row for row in lines[1:]), "a label is cut off"
             assert not re.search(r"[0-9] °(?![C/])", "".join(lines)), "written as 0.1°"
+
+
+def test_the_rests_of_a_gyroscope_are_not_looked_at_as_an_accelerometer(sagged: Benches) -> None:
+    bench = sagged.bench("gyroscope")
+    assert bench is not None
+    said = {view.name: view.look_for for view in views_of(bench.fit)}
+    assert "g-sensitivity" in said["rest-x-force-x"]
+    assert "second-order" not in said["rest-x-force-x"]
+    assert "product of two forces" in said["rest-x-pose"]
 
 
 def test_a_verdict_that_does_not_fit_ends_with_a_sentence(snapshot: BenchSnapshot) -> None:

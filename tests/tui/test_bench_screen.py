@@ -286,6 +286,25 @@ async def test_an_effect_that_cannot_be_fitted_is_refused_in_words(
         assert bench.fit.model == ("bias", "scale", "non-orthogonality")
 
 
+async def test_the_panels_are_not_named_after_a_sensor_that_is_still_being_diagnosed(
+    sagged: Benches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual, ready = Benches.bench, threading.Event()
+
+    def bench_of(self: Benches, sensor: str) -> Bench | None:
+        if sensor == "gyroscope":
+            assert ready.wait(PATIENCE)
+        return usual(self, sensor)
+
+    monkeypatch.setattr(Benches, "bench", bench_of)
+    async with app_with(sagged).run_test(size=USUAL) as pilot:
+        await shows(pilot, "model is complete")
+        await pilot.press("g")
+        await shows(pilot, "Looking for what the gyroscope lacks", "BENCH  accelerometer")
+        ready.set()
+        await shows(pilot, "BENCH  gyroscope")
+
+
 async def test_a_sensor_whose_model_is_lost_under_the_present_reference_keeps_the_bench_open(
     sagged: Benches, monkeypatch: pytest.MonkeyPatch
 ) -> None:

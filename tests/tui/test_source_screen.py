@@ -93,6 +93,9 @@ async def test_enter_opens_and_enter_again_starts() -> None:
             "9.795 m/s²  ✓",
         )
         assert source.commands == []
+        await pilot.press("question_mark")
+        await shows(pilot, "starts the calibration or the recheck")
+        await pilot.press("escape")
         await pilot.press("enter")
         await shows(pilot, "▸SETTLE")
 

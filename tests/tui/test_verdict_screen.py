@@ -47,7 +47,7 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
         await shows(
             pilot,
             *(row.rstrip() for row in large),
-            "after 41 s, against the calibration of",
+            "41 s of samples, against the calibration of",
             "5.10 mg, limit 2.00 mg",
             "bias_x +5.00 ± 0.30 mg (17 σ) since",
             "calibrate the device again",

@@ -244,6 +244,8 @@ def test_what_is_not_there_is_said_in_a_sentence(tmp_path: Path) -> None:
     for target in ("none.csv", "x" * 300):
         with pytest.raises(RecordingError, match="there is no file"):
             workshop.open_source(replace(missing, kind=SourceKind.FILE, target=target))
+    with pytest.raises(RecordingError, match="is a folder; give the files in it"):
+        workshop.open_source(replace(missing, kind=SourceKind.FILE, target=str(tmp_path)))
     with pytest.raises(SessionError, match="there is no session"):
         workshop.open_source(replace(missing, target="x" * 300))
 

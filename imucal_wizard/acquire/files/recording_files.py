@@ -26,7 +26,11 @@ from imucal_wizard.acquire.files.file_bytes import (
     decode_text,
     read_bytes,
 )
-from imucal_wizard.acquire.files.whole_recording import FileSamples, known_by_all_readings
+from imucal_wizard.acquire.files.whole_recording import (
+    FileSamples,
+    known_by_all_readings,
+    told_of_gaps,
+)
 from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.acquire.stream_corrections import with_signs
@@ -433,8 +437,9 @@ def _read_session(path: Path, options: RecordingOptions) -> FileSamples:
         raise RecordingError(
             _why_nothing(intake), settings=tuple(need.replace(" ", "_") for need in intake.needs)
         )
-    warnings = [*([damage] if damage else []), *samples.warnings]
-    if intake.lost:
+    told = told_of_gaps(samples)
+    warnings = [*([damage] if damage else []), *told.warnings]
+    if intake.lost and told.warnings == samples.warnings:
         warnings.append(
             f"{intake.lost} samples are missing; rotations whose angle they leave open are not used"
         )

@@ -29,6 +29,7 @@ from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
+from imucal_wizard.measurement.data_quality import missing_samples
 from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
 from imucal_wizard.measurement.unsigned_counts import as_signed, changed_sign, signs_note
 
@@ -53,8 +54,20 @@ def known_by_all_readings(samples: FileSamples, guesses: Mapping[str, UnitGuess]
         samples: of one file.
         guesses: the units that were guessed from its first rows, by sensor.
     """
-    samples = _evenly_timed(_without_copies(_measured_once(_without_silent(samples))))
-    return _in_unit_of_field(_signed(samples, guesses), guesses)
+    samples = told_of_gaps(_evenly_timed(_measured_once(_without_silent(samples))))
+    # a copy leaves a gap in which nothing need be missing
+    return _in_unit_of_field(_signed(_without_copies(samples), guesses), guesses)
+
+
+def told_of_gaps(samples: FileSamples) -> FileSamples:
+    """With what is said of missing samples of the inertial sensors.
+
+    Args:
+        samples: of one file.
+    """
+    sensor = next((name for name in INERTIAL if name in samples.series), None)
+    said = missing_samples(samples.series[sensor].time) if sensor else ""
+    return replace(samples, warnings=(*samples.warnings, *filter(None, [said])))
 
 
 def _measured_once(samples: FileSamples) -> FileSamples:

@@ -10,7 +10,12 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, robust_deviation
+from imucal_wizard.core.statistics import (
+    median,
+    median_of_rows,
+    robust_deviation,
+    sample_quantile,
+)
 from imucal_wizard.estimate.ellipsoid.surface import locate
 from imucal_wizard.estimate.methods.algebraic import algebraic
 
@@ -84,7 +89,8 @@ def _balanced(points: FloatArray) -> FloatArray:
     """
     if points.shape[1] <= ROBUST_SAMPLES:
         return points
-    low, high = np.percentile(points[:, ::4], (5.0, 95.0), axis=1)
+    some = points[:, ::4]
+    low, high = (np.array([sample_quantile(axis, one) for axis in some]) for one in (0.05, 0.95))
     steps = np.floor(
         (points - low[:, None]) * (CELLS_ACROSS / np.ptp([low, high], axis=0).max())
     ).astype(np.int64)
@@ -110,7 +116,7 @@ def _clean(trial: Concentrated, points: FloatArray) -> bool:
 def _starts(points: FloatArray) -> list[BoolArray]:
     """Which samples each start keeps: all, those not far out, and of these all but one stretch."""
     count = points.shape[1]
-    length = np.linalg.norm(points - np.median(points, axis=1)[:, None], axis=0)
+    length = np.linalg.norm(points - median_of_rows(points.T)[:, None], axis=0)
     near = length < OUTSIDE_MEDIANS * median(length)
     out = [np.ones(count, bool), near]
     for number in range(STRETCHES):

@@ -16,9 +16,15 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.poses import CORNERS, FACES
-from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import (
+    MAX_SAMPLE_INTERVALS,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    distinct,
+)
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median
+from imucal_wizard.core.statistics import MEDIAN_CHI_SQUARE, median, median_of_rows
 
 MOST_GROUPS = 120
 """Groups: arcs of a tumbling device then stay short of a radian, and the bench ranks its suspects
@@ -185,7 +191,7 @@ def _held(unit: FloatArray, time: FloatArray, offsets: IntArray) -> list[IntArra
     out = []
     for first, past in itertools.pairwise(offsets.tolist()):
         own = unit[first:past]
-        away = np.linalg.norm(own - np.median(own, axis=0), axis=1)
+        away = np.linalg.norm(own - median_of_rows(own), axis=1)
         near = np.flatnonzero(away <= ONE_POSE_RADIANS)
         held = len(near) >= max(MIN_PIECES_OF_POSE, 0.5 * len(own))
         if held:
@@ -240,7 +246,7 @@ def _of_one_noise(offsets: IntArray, variance: FloatArray, freedom: FloatArray) 
         found = np.flatnonzero((gain == most) & (gain > CHANGED_NOISE))
         if not len(found):
             return offsets
-        offsets = np.union1d(offsets, found)
+        offsets = distinct(np.append(offsets, found))
 
 
 def _scatter(values: FloatArray, starts: IntArray) -> FloatArray:

@@ -33,7 +33,7 @@ class Method:
         title: what it does, in a few words.
         paper: ``Q``, ``N``, or "" for neither.
         run: makes the result from ``method_data.Magnitudes`` (accelerometer, magnetometer) or
-            ``method_data.Turns`` (gyroscope).
+            ``method_data.GyroscopeData`` (gyroscope).
     """
 
     name: str

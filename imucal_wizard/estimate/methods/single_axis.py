@@ -30,6 +30,7 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import Parameter, SensorFit
+from imucal_wizard.measurement.rotation_angle import unwrapped
 
 MAX_CONDITION = 1e3
 """Condition of eq. 19 beyond which the rotations are all alike: an angle error of 0.1° then makes
@@ -85,7 +86,7 @@ def turn_angle(before: FloatArray, after: FloatArray, axis: int, integrated: flo
         integrated: roughly the same angle from the gyroscope; it decides the whole turns.
     """
     angle = plane_angle(after, axis) - plane_angle(before, axis)
-    return float(angle + 2.0 * np.pi * np.round((integrated - angle) / (2.0 * np.pi)))
+    return unwrapped(angle, integrated)
 
 
 def static_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
@@ -182,26 +183,32 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
             rest = [other if k == index else row for index, row in enumerate(rows)]
             matrices[place], biases[place] = _correction(rest, data.channels)
     out = None if needed else np.asarray(data.closure(matrices, biases))
-    return replace(
-        data.full,
+    full = data.full
+    return SensorFit(
+        sensor=full.sensor,
         model=("bias", "scale"),
         method=method,
+        frame=full.frame,
         matrix=matrix,
         bias=bias,
-        parameters=tuple(_parameter(one, rows, data) for one in data.full.parameters),
+        bias_unit=full.bias_unit,
+        parameters=tuple(_parameter(one, rows, data) for one in full.parameters),
+        unit=full.unit,
+        rms_before=full.rms_before,
         rms_fitted=root_mean_square(closure),
         rms_held_out=None if out is None else root_mean_square(out),
-        held_out_interval=None,
         not_held_out=""
         if out is not None
         else f"the {method} approach needs every rotation about {', '.join(needed)}, so none "
         "could be left out to check it: add some",
+        floor=full.floor,
+        floor_fitted=full.floor_fitted,
         residuals=np.linalg.norm(closure, axis=1),
         held_out=None if out is None else np.linalg.norm(out, axis=1),
-        covariance=None,
         warnings=(f"the {method} approach leaves all cross-axis gains at their nominal value",),
         degrees_of_freedom=max(min(map(len, axes.values())) - FITTED[method], 0),
-        suspects=(),
+        repeatability=full.repeatability,
+        slow_noise_measured=full.slow_noise_measured,
     )
 
 

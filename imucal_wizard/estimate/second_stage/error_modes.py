@@ -13,10 +13,8 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.surface import ELLIPSOID_SIZE, symmetric_matrix
 from imucal_wizard.estimate.magnitude import TRIANGLE, up_changes
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.model.identifiability import ANGLES, basis_of, undetermined_modes
-
-SMALLEST_MODE_SHARE = 1e-9
-"""Share of the largest eigenvalue below which a covariance has none in that direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,25 +41,11 @@ class ErrorModes:
         return up_changes(up, self.accelerometer)
 
 
-def principal(covariance: FloatArray) -> FloatArray:
-    """Error modes of a covariance, the same for parameters in any units.
-
-    Args:
-        covariance: shape (p, p); zero for what is not fitted.
-
-    Returns:
-        Columns d, shape (p, k), with ``d dᵀ`` the covariance.
-    """
-    error = np.sqrt(np.diag(covariance))
-    known = np.where(error > 0.0, error, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(known, known))
-    seen = values > SMALLEST_MODE_SHARE * max(float(values[-1]), 0.0)
-    return np.asarray(error[:, None] * vectors[:, seen] * np.sqrt(values[seen]))
-
-
 def of_magnetometer(fit: SensorFit) -> FloatArray:
     """Error modes of hard and soft iron, b and M's six entries, shape (9, k)."""
-    return np.zeros((ELLIPSOID_SIZE, 0)) if fit.covariance is None else principal(fit.covariance)
+    if fit.covariance is None:
+        return np.zeros((ELLIPSOID_SIZE, 0))
+    return principal_steps(fit.covariance)
 
 
 def field_moved(fit: SensorFit, field: FloatArray, mode: FloatArray) -> FloatArray:
@@ -93,7 +77,7 @@ def of_accelerometer(fit: SensorFit, up: FloatArray, gravity: float) -> FloatArr
     noise = np.zeros((ELLIPSOID_SIZE, 0))
     if fit.covariance is not None:
         change = _of_corrected(fit, gravity)
-        noise = principal(change @ fit.covariance @ change.T)
+        noise = principal_steps(change @ fit.covariance @ change.T)
         if np.diag(fit.covariance).all():
             return noise  # what stays nominal is part of it
         if noise.shape[1]:

@@ -84,8 +84,7 @@ class AxisDelay(Effect):
         self, sensor: str, variant: float | None = None
     ) -> tuple[tuple[int, int, str], ...]:
         """See ``Effect``."""
-        del variant
-        del sensor
+        del sensor, variant
         # w × e_i, the rates in °/s
         factor, found = c_number(_SIZE.si * DEGREE**2), []
         for i in range(3):

@@ -94,8 +94,7 @@ class CubicCross(Effect):
         self, sensor: str, variant: float | None = None
     ) -> tuple[tuple[int, int, str], ...]:
         """See ``Effect``."""
-        del variant
-        del sensor
+        del sensor, variant
         factor = c_number(_SIZE.si)
         return tuple(
             (i, place, f"{factor} * x{i} * x{j} * x{k}") for place, (i, j, k) in enumerate(_TERMS)

@@ -82,8 +82,7 @@ class EarthRate(Effect):
         self, sensor: str, variant: float | None = None
     ) -> tuple[tuple[int, int, str], ...]:
         """See ``Effect``."""
-        del variant
-        del sensor
+        del sensor, variant
         factor, length = c_number(DEGREE_PER_HOUR), "sqrtf(f0 * f0 + f1 * f1 + f2 * f2)"
         return tuple((i, 0, f"{factor} * f{i} / {length}") for i in range(3))
 

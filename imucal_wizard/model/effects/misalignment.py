@@ -72,8 +72,7 @@ class Misalignment(Effect):
         self, sensor: str, variant: float | None = None
     ) -> tuple[tuple[int, int, str], ...]:
         """See ``Effect``."""
-        del variant
-        del sensor
+        del sensor, variant
         factor, found = c_number(self.size.si), []
         for i in range(3):
             j, k = (i + 1) % 3, (i + 2) % 3

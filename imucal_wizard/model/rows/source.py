@@ -161,7 +161,7 @@ class RowSource(ABC):
     """One kind of row of one experiment.
 
     Attributes:
-        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``field`` or ``dip``.
+        kind: ``hold``, ``still``, ``rotation``, ``heading``, ``table``, ``field`` or ``dip``.
         unit: of the residual: ``m/s^2``, ``rad/s``, ``rad`` or ``uT``.
         judged: its errors are those reported for the sensor.
         confirms: its errors held out judge whether an effect is real.
@@ -340,11 +340,6 @@ def _pose(force: FloatArray) -> str | None:
     if not force.any():
         return None
     return nearest_pose(force, DIRECTIONS, POSE_TOLERANCE_DEG)
-
-
-def joined(parts: Sequence[FloatArray]) -> FloatArray:
-    """Arrays of several sources one below the other."""
-    return np.concatenate(list(parts)) if parts else np.zeros(0)
 
 
 def reference_names(doubt: FloatArray) -> tuple[str, ...]:

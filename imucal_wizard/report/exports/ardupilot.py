@@ -6,6 +6,8 @@
 in m/s² and rad/s, single precision. Of the temperature our effect is linear: only c₁ is not zero.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
@@ -74,7 +76,7 @@ def _present(settings: ExportSettings, sensor: str) -> Axes:
 
 def _write(calibration: Calibration, settings: ExportSettings) -> Files:
     lines, slot = [head(calibration)], settings.slot
-    warm = False
+    linear: dict[str, FloatArray] = {}
     for name, sensor in calibration.sensors.items():
         both = _present(settings, name).then(axes_of(sensor))
         offset, scale = _names(name, slot)
@@ -86,15 +88,15 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
         rise = warming(name, sensor)
         if rise is not None:
             per_degree, reference = rise
-            warm = True
-            word = f"INS_TCAL{slot + 1}_{_WORDS[name]}"
-            rows[word + "1_{axis}"] = 1e6 * per_degree / both.scale
-            rows |= {f"{word}{order}_{{axis}}": np.zeros(3) for order in (2, 3)}
+            linear[name] = 1e6 * per_degree / both.scale
             lines.append(f"INS_{_WORDS[name]}{slot + 1}_CALTEMP {reference:.9g}")
-        for names, numbers in rows.items():
-            for axis, value in zip("XYZ", numbers, strict=True):
-                lines.append(f"{names.format(axis=axis)} {value:.9g}")
-    if warm and calibration.temperature is not None:
+        lines += _rows(rows)
+    # ENABLE is for all sensors of an IMU: what the vehicle has of the others must not act either
+    for name, word in _WORDS.items() if linear else ():
+        curve = linear.get(name, np.zeros(3)), np.zeros(3), np.zeros(3)
+        names = [f"INS_TCAL{slot + 1}_{word}{order}_{{axis}}" for order in (1, 2, 3)]
+        lines += _rows(dict(zip(names, curve, strict=True)))
+    if linear and calibration.temperature is not None:
         low, high = calibration.temperature
         lines += [
             f"INS_TCAL{slot + 1}_ENABLE 1",
@@ -102,6 +104,15 @@ def _write(calibration: Calibration, settings: ExportSettings) -> Files:
             f"INS_TCAL{slot + 1}_TMAX {high:.9g}",
         ]
     return {"": ("\n".join(lines) + "\n").encode()}
+
+
+def _rows(values: Mapping[str, FloatArray]) -> list[str]:
+    """Parameters of three axes, by their name with ``{axis}``."""
+    return [
+        f"{name.format(axis=axis)} {value:.9g}"
+        for name, each in values.items()
+        for axis, value in zip("XYZ", each, strict=True)
+    ]
 
 
 def _read(files: Files, settings: ExportSettings) -> dict[str, Correction]:

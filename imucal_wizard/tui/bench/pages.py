@@ -155,7 +155,7 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
     if np.isfinite(apart.before):
         least = size_with_unit(apart.before, apart.unit)
         now = f"These data separate {pair} from a size of {least} on."
-    now += f" The size here is about {number(apart.size, 2)}."
+    now += f" The size here is about {size_with_unit(apart.size, apart.unit)}."
     if apart.enough and not apart.poses:
         return wrapped(f"{now} They are separated already.", width, "strong")
     if apart.never or not apart.poses:

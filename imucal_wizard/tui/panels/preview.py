@@ -21,7 +21,7 @@ _WELCOME = (
         "They take about ten minutes and follow one another by themselves; your hands stay on the "
         "device."
     ),
-    "No device? Press enter to open the virtual IMU.",
+    "No device? Open the virtual IMU: the first source in the list.",
     "Samples are on the disk within a second. You can quit at any time and continue later.",
 )
 

@@ -12,7 +12,6 @@ from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import (
     decimals,
     fixed,
-    limits_text,
     number,
     quantity,
     readable,
@@ -31,7 +30,12 @@ from imucal_wizard.estimate.result import (
     single_axis_note,
 )
 from imucal_wizard.report.plot import scatter
-from imucal_wizard.report.text import errors_text, field_lines, second_stage_lines
+from imucal_wizard.report.text import (
+    errors_text,
+    field_lines,
+    interval_text,
+    second_stage_lines,
+)
 from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
 from imucal_wizard.tui.widgets.big_text import dots, half_blocks
 
@@ -155,13 +159,13 @@ def error_table(report: FitReport, diagnoses: Mapping[str, Diagnosis]) -> Group:
             "→",
             quantity(fit.rms_fitted, fit.unit),
             Text(quantity(fit.rms_held_out, fit.unit), "bold"),
-            Text(quantity(fit.floor, fit.unit), "dim"),
+            Text(quantity(fit.error_and_floor[1], fit.unit), "dim"),
             *(["–" if not fit.validation else quantity(fit.validation_rms, fit.unit)] * validated),
             Text("▲" if missing else "", STYLES["warn"]),
         )
     for name, fit in report.sensors.items():
-        limits = limits_text(fit.held_out_interval, fit.unit)
-        notes = [f"held out, 90 %: {limits}"] if limits else []
+        limits = interval_text(fit)
+        notes = [f"held out, {limits}"] if limits else []
         diagnosis = diagnoses.get(name)
         hidden = "" if diagnosis is None else diagnosis.hidden_note
         notes += [note for note in (hidden, fit.before_note, fit.slow_noise_note) if note]

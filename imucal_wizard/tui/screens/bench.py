@@ -239,12 +239,15 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         return [*head, *picture_rows(view, width, height - 1 - len(head), place), last]
 
     def _head(self) -> Line:
-        spans: list[Span] = [(f" BENCH  {self.sensor}  ", "strong")]
+        # while another sensor is diagnosed, the panels still show the one before
+        snapshot = self.selection.snapshot
+        sensor = snapshot.fit.sensor if self.busy and snapshot is not None else self.sensor
+        spans: list[Span] = [(f" BENCH  {sensor}  ", "strong")]
         for k, panel in enumerate(PANELS):
             here = panel == self.selection.panel
             name = f"▸{panel.upper()}" if here else panel
             spans += [(f" {k + 1} ", "key"), (f"{name} ", "accent" if here else "quiet")]
-        place = self._sensors.index(self.sensor) if self.sensor in self._sensors else 0
+        place = self._sensors.index(sensor) if sensor in self._sensors else 0
         others = [*self._sensors[place + 1 :], *self._sensors[:place]]
         if others:  # the next sensor, and whether there are more
             more = ", …" if len(others) > 1 else ""

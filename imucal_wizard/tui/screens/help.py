@@ -52,7 +52,8 @@ class HelpScreen(ModalScreen[None]):
     def __init__(self, about: str, below: Screen[object]) -> None:
         super().__init__()
         self._about = about
-        self._below = below
+        # while another screen is on top, bindings to ``screen.…`` are checked against that one
+        self._keys = key_table(below)
 
     def compose(self) -> ComposeResult:
         """A text that scrolls."""
@@ -60,4 +61,4 @@ class HelpScreen(ModalScreen[None]):
             box.border_title = f"help: {self._about}"
             box.border_subtitle = "esc closes, ↑↓ scroll"
             yield Markdown(chapter(self._about))
-            yield Static(key_table(self._below))
+            yield Static(self._keys)
