@@ -127,13 +127,16 @@ class Diagnosis:
 
     @property
     def could_be(self) -> float | None:
-        """The error that these data may not show, see ``could_be``; None without findings."""
-        return None if self.findings is None else self.findings.could_be
+        """The error that these data may not show, see ``could_be``.
+
+        None without findings, and of a method of the papers: they are those of the usual fit.
+        """
+        return None if self.findings is None or self.by_method else self.findings.could_be
 
     @property
     def hidden_note(self) -> str:
         """The largest error that the figure "could be" leaves out, in a sentence, or ""."""
-        one = None if self.findings is None else self.findings.most_hidden
+        one = None if self.could_be is None or not self.findings else self.findings.most_hidden
         if self.findings is None or one is None:
             return ""
         error = quantity(one.error, self.findings.fit.unit)

@@ -116,6 +116,8 @@ def graded(
 
 def _limit_unit(fit: SensorFit, diagnosis: Diagnosis | None) -> float:
     """One unit of the limits in that of the errors; of a field in counts by its usual size."""
+    if fit.unit == "rad/s":
+        return 1.0 / USUAL_ROTATION_SECONDS
     if fit.unit != COUNT or diagnosis is None or diagnosis.bench is None:
         return 1.0
     return diagnosis.bench.measured.circumstances.field_unit.size
@@ -131,6 +133,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return "it reads another mean in rests that are left out"
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
+    if fit.unit == "rad/s":
+        return "its error is that of rates at rest, which show no scale"
     known = fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT
     scale = impossible_scale(fit.matrix) if known else None
     if scale is not None:

@@ -393,7 +393,7 @@ def check_means(means: FloatArray) -> None:
     """
     if len(means) < MIN_HOLDS:
         raise DataError(
-            f"{plural(len(means), 'still position')} found; at least six are needed. "
+            f"{plural(len(means), 'still position')} found, too few for a fit. "
             "Hold the device still for two seconds with each of its six faces up"
         )
     if not (np.abs(means) < MAX_READING).all():

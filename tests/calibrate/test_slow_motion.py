@@ -123,7 +123,7 @@ def test_a_recording_of_one_position_is_one_hold(offset: float, unit: str) -> No
     readings = Readings(force, rate)
     (hold,) = find_holds(readings, G)[0]
     assert hold.end - hold.start > 50.0
-    with pytest.raises(DataError, match=r"^1 still position found; at least six are needed"):
+    with pytest.raises(DataError, match=r"^1 still position found, too few for a fit"):
         fit_readings(readings)
 
 

@@ -83,6 +83,15 @@ def test_rotations_whose_angle_nobody_can_tell_are_listed_all_the_same(
     assert {one["angle"] for one in alone} == {None}
 
 
+def test_figures_of_the_usual_fit_are_not_said_of_a_method(
+    recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Rates at rest have no closure, and judge no scale."""
+    assert cli.main(["fit", str(recording), "--gyro-method", "offset", "--json", "-"]) == 0
+    one = json.loads(capsys.readouterr().out)["sensors"]["gyroscope"]
+    assert (one["unit"], one["could_be"], one["grade"]) == ("rad/s", None, "doubtful")
+
+
 def test_the_summary_names_parameters_with_standard_errors(
     recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
