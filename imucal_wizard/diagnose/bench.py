@@ -157,7 +157,8 @@ class BenchFindings:
         opinion: what the evidence carries.
         hypotheses: everything that may explain the misfit.
         posterior: their probabilities.
-        tried: the fit with what was added on trial to see whether it is missing.
+        together: the fit with all effects that are named, where there are several: each alone takes
+            up some of the others. None where one or none is named.
     """
 
     fit: SensorFit
@@ -166,12 +167,7 @@ class BenchFindings:
     opinion: Opinion
     hypotheses: HypothesisSet
     posterior: Posterior
-    tried: SensorFit | None = None
-
-    @property
-    def tried_together(self) -> SensorFit | None:
-        """The fit with two effects of one family, where these are named; each alone differs."""
-        return self.tried if self.opinion.twice else None
+    together: SensorFit | None = None
 
     @cached_property
     def could_be(self) -> float | None:
@@ -303,6 +299,10 @@ class Bench:
     def fit(self) -> SensorFit:
         """The present fit."""
         return self._fits[-1]
+
+    def fit_of(self, model: Sequence[str]) -> SensorFit | None:
+        """The fit of a rung by its terms in any order; None where no rung has them."""
+        return next((one for one in self._fits if {*one.model} == {*model}), None)
 
     @property
     def rows(self) -> ResidualTable:

@@ -75,13 +75,13 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
 def sizes_of(
     diagnosis: Diagnosis, bench: Bench, effect: Effect
 ) -> tuple[FloatArray, FloatArray, FloatArray | None]:
-    """As fitted where the effect is in the model, else as it would come out with what is named.
+    """As fitted where the effect is in the model, else as it would come out beside all named.
 
     Returns:
         Sizes and standard errors, shape (p,), and the covariance, (p, p), where it is known.
     """
-    tried = None if diagnosis.findings is None else diagnosis.findings.tried_together
-    for fit in (bench.fit, *([] if tried is None else [tried])):
+    together = None if diagnosis.findings is None else diagnosis.findings.together
+    for fit in (bench.fit, *([] if together is None else [together])):
         first = 0
         for term, sizes, errors in zip(fit.terms, fit.sizes, fit.size_errors, strict=True):
             own = slice(first, first + len(sizes))

@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, distinct
+from imucal_wizard.core.readings import BoolArray, FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement, median
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
@@ -29,6 +29,9 @@ WANDERS = (0.0, 0.6, 2.0, 6.0)
 FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
 """The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
+VISITS_AN_ERROR_LASTS = (0.0, 1.0)
+"""Of an error that follows no time: until the row ends, as a seat does, or until the next rest, as
+what the last motion leaves behind does. A bias that wanders lasts longer."""
 MIN_WANDER_SHARE = 1e-3
 """Probability below which a wander of the noise is left out."""
 WHITE_NOISE_SHARE = 0.6
@@ -82,26 +85,6 @@ class Frame:
         """What wandering adds to the covariance of the rows, in units of the noise, (n, n)."""
         return np.asarray(wander**2 * (self.across * self.walk) @ self.across.T)
 
-    def wandering(self, coordinates: FloatArray) -> float:
-        """Probability that a residual of any size walks with the time, and is not white.
-
-        Its size is averaged over (with the prior 1/σ): visits may differ by any multiple of the
-        noise within the holds.
-
-        Args:
-            coordinates: of the residual, shape (m,).
-        """
-        count, squares = len(coordinates), coordinates**2
-        if not squares.any():
-            return 0.0
-        weights = [self.weights(wander) for wander in (0.0, *FREE_WANDERS)]
-        evidence = np.array(
-            [0.5 * (np.log(own).sum() - count * np.log(squares @ own)) for own in weights]
-        )
-        evidence[1:] -= np.log(len(FREE_WANDERS))
-        share = np.exp(evidence - evidence.max())
-        return float(share[1:].sum() / share.sum())
-
     @cached_property
     def each_weights(self) -> list[FloatArray]:
         """The weights under each of the wanders."""
@@ -143,10 +126,65 @@ def walk_of(misfit: WhitenedResiduals) -> FloatArray:
     minutes = (misfit.time - misfit.time.min()) / 60.0
     walked = np.minimum(minutes[:, None], minutes)
     walked -= walked.mean(axis=0)
-    walked = (misfit.lever @ misfit.lever.T) * (walked - walked.mean(axis=1)[:, None])
-    seen = misfit.kind != RowKind.ROTATION
+    return _of_bias(misfit, walked - walked.mean(axis=1)[:, None])
+
+
+def _passing_of(misfit: WhitenedResiduals, visits: float) -> FloatArray:
+    """The same by a bias that is another one after so many visits, (n, n)."""
+    apart = np.abs(misfit.time[:, None] - misfit.time)
+    usual = median(np.diff(distinct(misfit.time[_seen_at_rest(misfit)])))
+    if not visits:
+        return _of_bias(misfit, (apart == 0.0).astype(float))
+    return _of_bias(misfit, np.exp(-apart / (visits * usual)))
+
+
+def _of_bias(misfit: WhitenedResiduals, covariance: FloatArray) -> FloatArray:
+    """Covariance of the whitened rows by that of the bias at their times, (n, n)."""
+    seen = _seen_at_rest(misfit)
     usual = median(misfit.sigma[seen]) if seen.any() else 1.0
-    return np.asarray(usual**2 * misfit.whitened(misfit.whitened(walked).T))
+    moved = (misfit.lever @ misfit.lever.T) * covariance
+    return np.asarray(usual**2 * misfit.whitened(misfit.whitened(moved).T))
+
+
+def _seen_at_rest(misfit: WhitenedResiduals) -> BoolArray:
+    return np.asarray(misfit.kind != RowKind.ROTATION)
+
+
+def wandering(misfit: WhitenedResiduals, frame: Frame, coordinates: FloatArray) -> float:
+    """Probability that a residual of any size walks with the time.
+
+    It may also be white, or be an error of the bias that is another one at each visit: rows at rest
+    and rows in motion then differ by more than their noise, too, but neighbours are not alike. The
+    size is averaged over (with the prior 1/σ): visits may differ by any multiple of the noise
+    within the holds.
+
+    Args:
+        misfit: the rows.
+        frame: of them.
+        coordinates: of the residual in the frame, shape (m,).
+    """
+    if not coordinates.any() or len(distinct(misfit.time[_seen_at_rest(misfit)])) < 2:
+        return 0.0
+    found = [_log_evidence(frame.walk, coordinates), _log_evidence(0.0 * frame.walk, coordinates)]
+    for visits in VISITS_AN_ERROR_LASTS:
+        passing = frame.across.T @ _passing_of(misfit, visits) @ frame.across
+        variance, axes = np.linalg.eigh(passing)
+        found.append(_log_evidence(np.maximum(variance, 0.0), axes.T @ coordinates))
+    share = np.exp(np.array(found) - max(found))
+    return float(share[0] / share.sum())
+
+
+def _log_evidence(variance: FloatArray, coordinates: FloatArray) -> float:
+    """Logarithm of the evidence for noise of this variance, any multiple of it, beside white noise.
+
+    Args:
+        variance: along each coordinate, shape (m,).
+        coordinates: of the residual, shape (m,).
+    """
+    weights = 1.0 / (1.0 + np.multiply.outer(np.array(FREE_WANDERS) ** 2, variance))
+    each = np.log(weights).sum(axis=1) - len(coordinates) * np.log(weights @ coordinates**2)
+    best = float(each.max())
+    return 0.5 * best + float(np.log(np.mean(np.exp(0.5 * (each - best)))))
 
 
 def shown_axes(misfit: WhitenedResiduals) -> FloatArray:

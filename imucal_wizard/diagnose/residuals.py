@@ -200,7 +200,7 @@ def whitened_rows(
         if term.name in without:
             places = [table.names.index(name) for name in of_effects.names[group]]
             out[places], sizes[places] = True, found.calibration.sizes[group]
-    for place in _beyond_bounds(found, table):
+    for place in beyond_bounds(found, table):
         out[place], sizes[place] = True, found.system.value[~found.slow][place]
     # a column that only its prior holds is left out
     seen = ((columns**2).sum(axis=0) > precision) & ~out
@@ -252,7 +252,7 @@ def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, 
     return columns, precision
 
 
-def _beyond_bounds(found: Minimum[Experiment], table: ResidualTable) -> list[int]:
+def beyond_bounds(found: Minimum[Experiment], table: ResidualTable) -> list[int]:
     """Places of bounded parameters that are larger than what they stand for can be.
 
     They have taken up what something else makes, which is to be looked for.

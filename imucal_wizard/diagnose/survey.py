@@ -88,19 +88,20 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
     Returns:
         What was added.
     """
-    found, chosen = bench.look(), bench.plainest(opinion.terms)
+    found, where = bench.look(), bench.measured.circumstances
+    settled = {one.name for one in bench.catalogue if one.variants(where) != (None,)}
+    # a time constant or a moment is looked for beside the others
+    chosen = tuple(sorted(bench.plainest(opinion.terms), key=settled.__contains__))
     ways = [*((name,) for name in chosen if len(chosen) > 1), chosen]
     if opinion.together:
         ways = [*ways, opinion.together[0], chosen]
     of_one_family = opinion.twice or bool(opinion.together)
-    near = {name: bench.likeliest_variant(name) for names in ways for name in names}
     both = dict(found.hypotheses.likeliest_effects(found.posterior)) if opinion.twice else {}
     for place, names in enumerate(ways):
         below = len(bench.ladder)
         with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
-                known = both.get(name) if len(names) > 1 else None
-                bench.add(name, near=known or near[name])
+                bench.add(name, near=both.get(name) if len(names) > 1 else None)
             enough = place == len(ways) - 1 or names in opinion.together
             if not enough:
                 left = bench.look().opinion
@@ -216,11 +217,10 @@ def tried_findings(benches: Benches, bench: Bench) -> BenchFindings:
     every = (*found.opinion.terms, *found.opinion.together)
     named = {name for members in every for name in members}
     kept = tuple(term.name for term in trial.fit.terms if term.name in named)
-    return (
-        replace(found, opinion=_proven(found.opinion, kept, trial), tried=trial.fit)
-        if kept
-        else found
-    )
+    if not kept:
+        return found
+    together = trial.fit_of((*found.fit.model, *kept)) if len(kept) > 1 else None
+    return replace(found, opinion=_proven(found.opinion, kept, trial), together=together)
 
 
 def diagnosis_of(

@@ -20,6 +20,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
 from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, EFFECT, NOTHING, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet, Posterior
+from imucal_wizard.diagnose.random_walk import wandering
 from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
@@ -241,7 +242,7 @@ class Opinion:
         holds: indices of disturbed holds or rotations.
         noise: the noise in units of what was measured within the holds.
         wandering: probability that what is left follows the time as a wandering bias does, which
-            is noise and no drift.
+            is noise and no drift; asked where poses do not repeat, else 0.
         lack: whether measured noise makes what is left.
         shapeless: what is left has no shape: noise alone, however large, explains it.
         probable: members of the families named, or of the likeliest one that is not certain enough
@@ -368,6 +369,9 @@ def judge_misfit(
         and families.count(family) == 1
         and len(_within(alone, family_of, family)) > len(members)
     )
+    walks = 0.0
+    if lack.not_repeatable:
+        walks = wandering(misfit, hypotheses.frame, best.coordinates)
     return Opinion(
         verdict=verdict,
         families=families,
@@ -375,7 +379,7 @@ def judge_misfit(
         explanations=listed,
         holds=holds,
         noise=best.noise,
-        wandering=hypotheses.frame.wandering(best.coordinates),
+        wandering=walks,
         lack=lack,
         shapeless=evidence.shapeless,
         probable=probable,

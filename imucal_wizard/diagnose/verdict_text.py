@@ -4,6 +4,7 @@ It states what the error depends on, the effect and its size, the cost of ignori
 measurements that would decide where these data do not.
 """
 
+from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
-from imucal_wizard.diagnose.change_text import change_held_out, why_not_confirmed
+from imucal_wizard.diagnose.change_text import Judged, change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.effect_text import (
     dependence_text,
@@ -28,6 +29,7 @@ from imucal_wizard.diagnose.next_poses import (
     measured_again,
     rivals,
 )
+from imucal_wizard.diagnose.residuals import beyond_bounds
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.held_out import items_of
@@ -559,7 +561,8 @@ def _of_earth(bench: Bench) -> str:
     """By how much the Earth turns the rotations, where the error shows it; "" elsewhere."""
     rows, found = bench.rows, bench.fit.minimum
     own = np.array([name.startswith(f"{EarthRate.name}_") for name in rows.names], bool)
-    if found is None or not own.any():
+    # what is larger than the Earth's rate has taken up something else
+    if found is None or not own.any() or own[beyond_bounds(found, rows)].any():
         return ""
     turned = items_of(found).rms(rows.columns[:, own] @ found.system.value[~found.slow][own])
     if turned <= EARTH_SHOWS * (bench.fit.floor_fitted or 0.0):
@@ -598,7 +601,7 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
 
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     """How the error on data held out fell, or would fall."""
-    unit, now = bench.fit.unit, bench.fit.held_out_in_noise
+    unit = bench.fit.unit
     if diagnosis.added:
         below, above = bench.ladder[-1 - len(diagnosis.added)], bench.ladder[-1]
         one = change_held_out(bench.measured, below, above)
@@ -606,27 +609,31 @@ def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [
             f"Added: the error on {one.of} left out falls from {one.before} to {one.after}{noise}."
         ]
-    both = None if diagnosis.findings is None else diagnosis.findings.tried_together
-    if both is not None:
-        one = change_held_out(bench.measured, bench.fit, both)
-        names = " and ".join(term.name for term in both.terms if term not in bench.fit.terms)
-        change = f"the error on {one.of} left out from {one.before} to {one.after}{one.alone}"
-        return [f"Adding {names} would bring {change}."]
+    opinion, together = _opinion(diagnosis), diagnosis.findings and diagnosis.findings.together
+    if together:
+        return _adding(bench, [one.name for one in together.terms], together)
     # one of those that are named, if any is
-    named = bench.plainest(_opinion(diagnosis).terms)[:1]
-    listed = [one for one in diagnosis.suspects if one.term in named] or diagnosis.suspects
-    first = listed[0] if listed else None
-    trial = None if first is None else first.trial
-    then = None if trial is None else trial.held_out_in_noise
-    if first is None or trial is None or now is None or then is None:
+    named = bench.plainest(opinion.terms)[:1]
+    of_named = [one for one in diagnosis.suspects if one.term in named]
+    first = next(iter(of_named or diagnosis.suspects), None)
+    if first is None or first.trial is None:
         return []
+    return _adding(bench, [first.term], first.trial)
+
+
+def _adding(bench: Bench, terms: Sequence[str], trial: Judged) -> list[str]:
+    """What adding effects would do to the error held out; empty where it is not known."""
+    now, then = bench.fit.held_out_in_noise, trial.held_out_in_noise
+    if now is None or then is None:
+        return []
+    added = listed([one for one in terms if one not in bench.fit.model])
     one = change_held_out(bench.measured, bench.fit, trial)
     if one.before == one.after:
-        return [f"Adding {first.term} would leave the error on {one.of} left out at {one.before}."]
+        return [f"Adding {added} would leave the error on {one.of} left out at {one.before}."]
     change = f"the error on {one.of} left out from {one.before} to {one.after}{one.alone}"
     if then < now:
-        return [f"Adding {first.term} would bring {change}."]
-    return [f"Adding {first.term} would raise {change}, so it is not added."]
+        return [f"Adding {added} would bring {change}."]
+    return [f"Adding {added} would raise {change}, so it is not added."]
 
 
 def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:

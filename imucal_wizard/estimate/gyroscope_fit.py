@@ -8,12 +8,14 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum, residual_table
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
 from imucal_wizard.estimate.gyroscope_start import start_matrix
+from imucal_wizard.estimate.held_out import items_of
 from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum
@@ -34,6 +36,12 @@ with the rest in 19 cases of 20, unless the jump is the reason."""
 MIN_FALL_WITHOUT = 0.9
 """Share of what all rotations leave, above which one of them is not the reason, so that no fit
 without it is tried."""
+MIN_TILT_COMPARED = np.radians(20.0)
+"""Angle between up before and after a rotation, from which on its closure is compared with it: a
+full turn ends where it began."""
+MAX_SHARE_OF_TILT = 0.3
+"""Closure over that angle, medians of the rotations, above which the rates are not those of these
+motions: rates of other motions leave more than half, samples lost in most rotations a tenth."""
 BLIND = 1e-10
 """Share of a combination of gains in what the rotations show, below which they do not show it."""
 
@@ -125,6 +133,27 @@ def without_lost_samples(
         return found, list(rotations)
     agree = lack_without(residual_table(without), np.zeros(0, np.int64)).within_noise
     return (without, left) if agree else (found, list(rotations))
+
+
+def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
+    """That the rates are those of the motions between the holds.
+
+    Raises:
+        DataError: they explain little of how gravity turns, so that no parameter means anything.
+    """
+    source = found.experiment.closure
+    closure = items_of(found).each(found.errors)
+    tilt = np.arccos(np.clip((source.before * source.after).sum(axis=1), -1.0, 1.0))
+    compared = tilt >= MIN_TILT_COMPARED
+    if not compared.any():
+        return
+    left, turned = median(closure[compared]), median(tilt[compared])
+    if left > MAX_SHARE_OF_TILT * turned:
+        raise DataError(
+            f"the rotations tilt the device by {quantity(turned, 'rad', 2)} in the median, and the "
+            f"rates miss that by {quantity(left, 'rad', 2)}: they are not the rates of these "
+            "motions. Check that both sensors are of one device and one recording, and their times"
+        )
 
 
 def _jump(rotation: Rotation) -> tuple[float, float, float]:

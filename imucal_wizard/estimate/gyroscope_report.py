@@ -16,7 +16,11 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median, median_of_rows
 from imucal_wizard.estimate.fit import report
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
-from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum, without_lost_samples
+from imucal_wizard.estimate.gyroscope_fit import (
+    check_same_motions,
+    gyroscope_minimum,
+    without_lost_samples,
+)
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.methods.single_axis import (
@@ -115,6 +119,8 @@ def fit_gyroscope(
             rotations,
             lambda some: gyroscope_minimum(holds, some, *args[2:]),
         )
+        if not silent:  # a dead axis explains it
+            check_same_motions(fitted)
         experiment, found = fitted.experiment, report(fitted)
     except DataError as error:
         return _none(rotations, str(error), silent)
@@ -160,9 +166,10 @@ def noise_notes(experiment: GyroscopeExperiment) -> list[str]:
     if experiment.undersampled is not None:
         angle = quantity(experiment.undersampled, "rad")
         notes.append(
-            "the device trembles in the hand or is bumped faster than the gyroscope is sampled, or "
-            f"samples are lost that its times do not show, which may leave {angle} in a rotation, "
-            "more than all other noise: sample faster or turn more calmly, and put it down gently"
+            "the device trembles in the hand or is bumped faster than the gyroscope is sampled, "
+            "single readings are wrong or noisier in motion, or samples are lost that its times do "
+            f"not show, which may leave {angle} in a rotation, more than all other noise: sample "
+            "faster or turn more calmly, and put it down gently"
         )
     return notes
 

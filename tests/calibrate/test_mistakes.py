@@ -185,6 +185,34 @@ def test_a_dead_accelerometer_axis_is_refused() -> None:
         fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 0.0, 1.0]))
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_rates_of_another_recording_are_refused(seed: int) -> None:
+    """Twelve parameters always explain a little; no axis, unit or rate is to blame for it."""
+    other = session(seed).gyroscope
+    assert other is not None
+
+    def exchange(values: FloatArray) -> FloatArray:
+        count = min(len(values), len(other.values))
+        values[:count] = other.values[:count]
+        return values
+
+    report = fit_readings(with_gyroscope(session(), exchange))
+    assert set(report.sensors) == {"accelerometer"}
+    assert not _warned(report, "match the accelerometer's")
+    assert not _warned(report, "which no sensor")
+
+
+def test_rates_that_are_wrong_now_and_then_are_not_blamed_on_the_hand_alone() -> None:
+    """One sample in two thousand is off by degrees per second, at rest and in motion."""
+    rng = np.random.default_rng(5)
+
+    def spoil(values: FloatArray) -> FloatArray:
+        wrong = rng.random(values.shape) < 5e-4
+        return values + wrong * rng.normal(0.0, np.radians(8.0), values.shape)
+
+    assert _warned(fit_readings(with_gyroscope(session(), spoil)), "single readings are wrong")
+
+
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
 def test_a_dead_gyroscope_axis_is_named(noise: float) -> None:
     """It reads the same in motion as at rest, noisy or not."""

@@ -3,9 +3,11 @@
 import numpy as np
 
 from benchmarks.gyroscope_bound import DEVICES, GRAVITY, RATE, Session, fitted
+from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import entries_of
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_accelerometer
@@ -14,15 +16,33 @@ from imucal_wizard.estimate.result import FitReport
 QUIET = next(one for one in DEVICES if "18 poses, 0.002" in one.name)
 
 
-def test_the_earth_leaves_the_model_complete_and_is_told() -> None:
-    """It is no suspect: every fit allows for it, and the error contains it."""
-    holds, rotations = Session(QUIET, 3).recorded(np.random.default_rng(4))
+class Creeping(Session):
+    """A device that something turns about a direction of the room, like the Earth but faster."""
+
+    times = 8.0
+
+    def _earth(self, rng: np.random.Generator) -> tuple[FloatArray, list[FloatArray]]:
+        still, turning = super()._earth(rng)
+        return self.times * still, [self.times * one for one in turning]
+
+
+def diagnosed(session: Session) -> Diagnosis:
+    """What is said of the gyroscope."""
+    holds, rotations = session.recorded(np.random.default_rng(4))
     known = fit_accelerometer(holds, GRAVITY, "m/s^2")
     sensors = {"accelerometer": known, "gyroscope": fitted(holds, rotations, known)}
     rates = dict.fromkeys(sensors, RATE)
     report = FitReport(STANDARD_GRAVITY, rates, tuple(holds), tuple(rotations), sensors)
-    benches = Benches(report)
-    said = diagnose_benches(benches, {}, automatic=False)[1]
+    return diagnose_benches(Benches(report), {}, automatic=False)[1]
+
+
+def test_what_turns_the_device_faster_than_the_earth_is_not_the_earth() -> None:
+    assert "Earth" not in diagnosed(Creeping(QUIET, 3)).says
+
+
+def test_the_earth_leaves_the_model_complete_and_is_told() -> None:
+    """It is no suspect: every fit allows for it, and the error contains it."""
+    said = diagnosed(Session(QUIET, 3))
     assert said.verdict is Verdict.COMPLETE
     assert "by which the Earth turns during the rotations; the fit allows for it." in said.says
     assert not said.found

@@ -6,7 +6,7 @@ import pytest
 from benchmarks.hidden.designs import EXACT, REPEATED, STANDARD
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.explained_variance import discriminability
-from imucal_wizard.diagnose.random_walk import frame_of
+from imucal_wizard.diagnose.random_walk import frame_of, wandering
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
 from imucal_wizard.diagnose.verdict_text import MIN_WANDERING
 from tests.diagnose.recordings import fitted
@@ -38,8 +38,8 @@ def test_a_wandering_bias_is_noise_for_rotations_too(gyroscope: WhitenedResidual
     frame = frame_of(gyroscope)
     moved = gyroscope.lever * (gyroscope.time - gyroscope.time.mean())[:, None] / 60.0
     drift = frame.across.T @ (moved * np.radians(0.01) / gyroscope.sigma[:, None])
-    calm, wandering = ((frame.weights(w) @ drift**2).sum() for w in (0.0, 2.0))
-    assert wandering < 0.02 * calm
+    calm, walking = ((frame.weights(w) @ drift**2).sum() for w in (0.0, 2.0))
+    assert walking < 0.02 * calm
 
 
 @pytest.mark.parametrize("size", [1.0, 300.0])
@@ -57,7 +57,34 @@ def test_what_follows_the_time_is_told_from_chance_at_any_size(size: float) -> N
                 steps *= 20.0 * np.sqrt(np.diff(minutes, prepend=0.0))[:, None]
                 steps = np.cumsum(steps, axis=0)
             residual = size * ((steps * misfit.direction).sum(axis=1) + rng.normal(size=len(steps)))
-            found.append(frame.wandering(frame.across.T @ residual) > MIN_WANDERING)
+            likely = wandering(misfit, frame, frame.across.T @ residual)
+            found.append(likely > MIN_WANDERING)
+        told.append(np.mean(found))
+    assert told[0] <= 0.05
+    assert told[1] >= 0.9
+
+
+def test_what_each_motion_leaves_behind_in_a_gyroscope_does_not_follow_the_time(
+    gyroscope: WhitenedResiduals,
+) -> None:
+    """Rotations and the rests after them read another bias each time, or one that walks."""
+    frame, rng, size = frame_of(gyroscope), np.random.default_rng(9), np.radians(0.07)
+    moments, visit = np.unique(gyroscope.time, return_inverse=True)
+    steps = np.sqrt(np.diff(moments, prepend=moments[0]) / np.diff(moments).mean())
+    told = []
+    for walks in (False, True):
+        found = []
+        for _ in range(20):
+            bias = size * rng.normal(size=(len(moments), 3))
+            if walks:
+                bias = np.cumsum(steps[:, None] * bias, axis=0)
+            else:  # rests and rotations alternate
+                bias[2::2] = bias[1:-1:2]
+            bias -= bias.mean(axis=0)
+            moved = (gyroscope.lever * bias[visit]).sum(axis=1)
+            residual = gyroscope.whitened(moved[:, None])[:, 0] + rng.normal(size=len(moved))
+            likely = wandering(gyroscope, frame, frame.across.T @ residual)
+            found.append(likely > MIN_WANDERING)
         told.append(np.mean(found))
     assert told[0] <= 0.05
     assert told[1] >= 0.9

@@ -16,7 +16,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Found
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.effect_text import sizes_text
+from imucal_wizard.diagnose.effect_text import sizes_of, sizes_text
 from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
@@ -499,6 +499,38 @@ def test_the_earth_does_not_turn_ten_times_faster() -> None:
     said = diagnose_benches(Benches(report, readings), {}, automatic=True)[1]
     assert "earth-rate" not in said.says
     assert "g-sensitivity" in said.says
+
+
+def test_several_effects_are_told_as_they_are_together() -> None:
+    """Each alone takes up some of the other, and its own fall of the error is not what is missing.
+
+    4 mg/g² of y, and a step of 3 mg of z after a quarter of the holds.
+    """
+    report, readings = fitted(poses="26", seed=6)
+    late = report.holds[len(report.holds) // 4].start
+
+    def error(_: int, hold: Hold) -> FloatArray:
+        y = hold.accelerometer[1] / STANDARD_GRAVITY
+        return np.array([0.0, 4.0 * MG * y**2, 3.0 * MG * (hold.start > late)])
+
+    (missing,) = diagnose_benches(Benches(moved(report, error), readings), {}, automatic=False)[:1]
+    assert missing.verdict is Verdict.MISSING
+    bench = missing.bench
+    assert bench is not None
+    for name, place, true in (("second-order", 1, 4.0), ("bias-step", 2, 3.0)):
+        effect = next(one for one in bench.catalogue if one.name == name)
+        sizes, errors, _ = sizes_of(missing, bench, effect)
+        expected = np.zeros(len(sizes))
+        expected[place] = true
+        assert (np.abs(sizes - expected) < 4.0 * errors).all()
+    assert "Adding second-order and bias-step would bring the error" in missing.says
+    for name in ("second-order", "bias-step"):
+        bench.add(name)
+    held_out, floor = bench.fit.rms_held_out, bench.fit.floor
+    assert held_out is not None
+    assert floor is not None
+    assert held_out < 2.0 * floor
+    assert f"to {quantity(held_out, bench.fit.unit)}." in missing.says
 
 
 def test_two_effects_that_leave_much_are_not_probable() -> None:
