@@ -61,6 +61,7 @@ class Hypothesis:
         spreads: prior standard deviations of the size.
         paired: whether it is looked for together with others.
         sparsely: only with those that have no variant.
+        event: it happens at one moment of the session, its variant.
         shares: probability of each spread.
         members: the explanations that it joins, their patterns side by side; () for a single one.
     """
@@ -75,6 +76,7 @@ class Hypothesis:
     spreads: tuple[float, ...]
     paired: bool = True
     sparsely: bool = False
+    event: bool = False
     shares: tuple[float, ...] = SPREAD_SHARES
     members: tuple["Hypothesis", ...] = ()
 
@@ -136,7 +138,8 @@ def _effect(
         patterns,
         tuple(min(one, 1.0) for one in SPREADS) if candidate.effect.bounded else SPREADS,
         paired,
-        not candidate.effect.paired,
+        sparsely=not candidate.effect.paired,
+        event=candidate.variant is not None and not candidate.effect.graded,
     )
 
 
@@ -190,12 +193,13 @@ def siblings(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, Hypothe
     """Two effects of one slow family at once, each on all its parameters, and their log prior.
 
     Effects of the other families bend a characteristic, and any two make what any characteristic
-    shows at 1 g. Of two effects one at most has a setting: the moments of a step with the time
-    constants of a warm-up would be most of the pairs.
+    shows at 1 g. A step is an event, which no warming up makes, and of two effects one at most has
+    a setting.
     """
     whole: dict[str, list[Hypothesis]] = {}
     for one in hypotheses:
-        if one.kind == EFFECT and not one.parameter and one.families[0] not in BENT:
+        course = one.kind == EFFECT and not one.event
+        if course and not one.parameter and one.families[0] not in BENT:
             whole.setdefault(one.families[0], []).append(one)
     made = []
     for family in whole.values():
@@ -323,7 +327,8 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     first, second = np.triu_indices(len(single), 1)
     term = np.array([one.terms[0] if one.terms else "" for one in single])
     related = (number[first] == number[second]) & (axis[first] == axis[second])
-    related &= (term[first] != term[second]) & ~bent[first]
+    event = np.array([one.event for one in single])
+    related &= (term[first] != term[second]) & ~bent[first] & ~event[first] & ~event[second]
     keep = (number[first] != number[second]) | (wrong[first] & wrong[second]) | related
     sparse = np.array([one.sparsely for one in single])
     setting = np.array([one.variant is not None for one in single])
