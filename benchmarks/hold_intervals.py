@@ -20,6 +20,7 @@ from imucal_wizard.estimate.recording import fit_accelerometer
 
 NOISES = {
     "white": Noise(),
+    "z twice as noisy": Noise(across_chip=2.0),
     "uneven, 0.7": Noise(uneven=0.7),
     "0.3 mg from hold to hold": Noise(scatter=0.3 * MG),
     "flicker 0.03 mg": Noise(flicker=0.03 * MG),
@@ -72,9 +73,13 @@ def main(
     if what == "scatter":
         print(f"rms error over the bound, each ± {1.0 / np.sqrt(2.0 * count):.3f}\n{'':54}{names}")
         for name, design in designs.items():
-            for (samples, rate), uneven in product(((150, 50.0), (12, 4.0)), (0.0, 0.4, 0.7, 1.0)):
-                found = scatter(design, Noise(uneven=uneven), count, int(seed), rate)
-                label = f"{name} poses of {samples} samples, uneven by {uneven}"
+            kinds = {f"uneven by {one}": Noise(uneven=one) for one in (0.0, 0.4, 0.7, 1.0)}
+            kinds["z twice as noisy"] = NOISES["z twice as noisy"]
+            for (samples, rate), kind in product(((150, 50.0), (12, 4.0)), kinds):
+                label = f"{name} poses of {samples} samples, {kind}"
+                if only not in label:
+                    continue
+                found = scatter(design, kinds[kind], count, int(seed), rate)
                 print(f"{label:54}" + "".join(f"{x:9.3f}" for x in found), flush=True)
                 most, doubt = 1.05 if samples >= 20 else 1.12, 1.0 / np.sqrt(2.0 * count)
                 for parameter, ratio in zip(NAMES, found, strict=True):

@@ -41,6 +41,7 @@ class Noise:
         scatter: standard deviation of an offset of each hold on each axis, m/s².
         flicker: Allan deviation at 10 s of a bias with the power spectrum 1/f, m/s².
         walk: of a bias that walks at random, m/s²/√s.
+        across_chip: white noise of z over that of x and y.
     """
 
     white: float = 0.75 * MG
@@ -48,6 +49,7 @@ class Noise:
     scatter: float = 0.0
     flicker: float = 0.0
     walk: float = 0.0
+    across_chip: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ class Session:
         sensitivity: S, upper triangular, shape (3, 3).
         bias: b and the mean of the wandering over the session, shape (3,).
         up: directions of gravity, shape (n, 3).
-        variance: of each component of each hold's mean by white noise and offsets, shape (n,).
+        variance: of each component of each hold's mean by white noise and offsets, shape (n, 3).
     """
 
     holds: list[Hold]
@@ -94,7 +96,7 @@ class Session:
             ahead, behind = (model(start + sign * 1e-5 * np.eye(9)[k]) for sign in (1.0, -1.0))
             magnitudes[:, k] = (ahead[0] - behind[0]) / 2e-5
             named[:, k] = (ahead[1] - behind[1]) / 2e-5
-        along = ((self.up @ matrix) ** 2).sum(axis=1) * self.variance
+        along = ((self.up @ matrix) ** 2 * self.variance).sum(axis=1)
         covariance = np.linalg.inv(magnitudes.T @ (magnitudes / along[:, None]))
         return np.sqrt(np.diag(named @ covariance @ named.T))
 
@@ -145,7 +147,8 @@ def session(
     moments = round((starts[-1] + durations[-1]) / STEP)
     wandering = wander(noise, moments, rng)
     sigma = noise.white * np.exp(noise.uneven * rng.standard_normal(len(up)))
-    holds, parts, variance = [], [], np.empty(len(up))
+    sigma = sigma[:, None] * [1.0, 1.0, noise.across_chip]
+    holds, parts, variance = [], [], np.empty((len(up), 3))
     for k, start in enumerate(starts):
         count = round(durations[k] * rate)
         time = start + np.arange(count) / rate

@@ -68,17 +68,18 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     The noise per second of a hold is that at its lowest frequencies, which counts correlated noise
     in full but has few degrees of freedom, and that of its samples, of which there are many: the
     ratio of the two is estimated from all holds together. How far holds differ by
-    more than chance decides how much each one's own noise counts (``shrunk``). Of holds in which
-    the device swayed only the noise along gravity counts for the magnitude.
+    more than chance decides how much each one's own noise counts (``shrunk``), and how far axes
+    do, how much their own. Of holds in which the device swayed only the noise along gravity counts
+    for the magnitude.
     """
     times = np.array([hold.end - hold.start for hold in holds])
-    along, across = _along_and_across(holds)
+    up, along, across = _along_and_across(holds)
     freedom = np.array([hold.noise_freedom for hold in holds])
     if _trembling(along, across, freedom):
         along = shrunk(along * times, freedom) / times
         across = shrunk(across * times, 2 * freedom) / times
         return HoldNoise(along, across)
-    # one number for all axes, which is better known, but for holds in which the device swayed
+    # one number of a hold, which is better known, but for those in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
     scatters = [hold.accelerometer_scatter for hold in holds]
     single = times * [np.nan if one is None else one.mean() for one in scatters]
@@ -86,17 +87,41 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     calm, known = ~swayed, 3 * freedom
     samples = 3 * np.array([hold.samples - 1 for hold in holds])
     both[calm], known[calm] = _moderated(both[calm], single[calm], known[calm], samples[calm])
-    if swayed.any():
-        own = shrunk(np.where(swayed, along * times, both), np.where(swayed, freedom, known))
-        return HoldNoise(
-            np.where(swayed, own, both) / times, np.where(swayed, across, both / times)
-        )
-    return HoldNoise(both / times, both / times)
+    # what it is along gravity over its mean, by the axes that gravity lies along
+    rows = np.flatnonzero(calm & (both > 0.0))
+    part = up**2 @ _share_of_axes([holds[k] for k in rows.tolist()], (both / times)[rows])
+    own = shrunk(np.where(swayed, along * times / part, both), np.where(swayed, freedom, known))
+    return HoldNoise(
+        np.where(swayed, own, both) * part / times,
+        np.where(swayed, across, 0.5 * (3.0 - part) * both / times),
+    )
+
+
+def _share_of_axes(holds: Sequence[Hold], level: FloatArray) -> FloatArray:
+    """Noise of each axis of the accelerometer over the mean of the three, as variances, (3,).
+
+    Of many sensors the axis across the chip is noisier than the others.
+
+    Args:
+        holds: in which the device did not sway.
+        level: variance of the mean in each, over the axes, above zero, shape (n,).
+    """
+    if not holds:
+        return np.ones(3)
+    means = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
+    scatters = [hold.accelerometer_scatter for hold in holds]
+    singles = np.array([np.full(3, np.nan) if one is None else one for one in scatters])
+    # each hold counts alike, however noisy it is
+    mean, single = (np.mean(one / level[:, None], axis=0) for one in (means, singles))
+    freedom = np.full(3, sum(hold.noise_freedom for hold in holds))
+    samples = np.full(3, sum(hold.samples - 1 for hold in holds))
+    found, _ = _moderated(mean, single, freedom, samples)
+    return found / found.mean() if found.all() else np.ones(3)
 
 
 def own_noise(holds: Sequence[Hold]) -> HoldNoise:
     """The accelerometer's noise in the holds, each by its own samples alone; NaN where unknown."""
-    return HoldNoise(*_along_and_across(holds))
+    return HoldNoise(*_along_and_across(holds)[1:])
 
 
 def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
@@ -250,11 +275,14 @@ def log_moments(freedom: IntArray | FloatArray) -> tuple[FloatArray, FloatArray]
     return mean, variance
 
 
-def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
-    """Variance of each average along gravity, and of one component across it, shape (n,) each.
+def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Gravity's direction in each hold, and the variance of its average along and across gravity.
 
     Gravity's direction is that of the reading from the centre of the sphere through all of them;
-    where there is none, both are the mean over the axes.
+    where there is none, the axes share equally.
+
+    Returns:
+        Unit vectors, shape (n, 3); the variance along them, and of one component across, (n,) each.
     """
     means = np.array([hold.accelerometer for hold in holds]).reshape(-1, 3)
     covariances = np.array([hold.accelerometer_covariance for hold in holds]).reshape(-1, 3, 3)
@@ -265,7 +293,8 @@ def _along_and_across(holds: Sequence[Hold]) -> tuple[FloatArray, FloatArray]:
     whole = np.trace(covariances, axis1=1, axis2=2)
     along = np.maximum(np.einsum("ni,nij,nj->n", up, covariances, up), 0.0)
     across = np.maximum(0.5 * (whole - along), 0.0)
-    return np.where(known, along, whole / 3.0), np.where(known, across, whole / 3.0)
+    up = np.where(known[:, None], up, np.sqrt(1.0 / 3.0))
+    return up, np.where(known, along, whole / 3.0), np.where(known, across, whole / 3.0)
 
 
 def _centre(means: FloatArray) -> FloatArray:

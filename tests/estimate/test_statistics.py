@@ -79,6 +79,23 @@ def test_the_noise_of_an_average_is_that_of_white_noise() -> None:
     assert rate_noise(holds) == pytest.approx(sigma[3:] ** 2 / 100.0, rel=0.15)
 
 
+@pytest.mark.parametrize("across_chip", [1.0, 2.0])
+def test_the_noise_along_gravity_is_that_of_the_axes_along_it(across_chip: float) -> None:
+    """Of many sensors z is noisier than x and y; where axes are alike, the holds are, too."""
+    rng, sigma, count = np.random.default_rng(23), 0.02, 300
+    each = sigma * np.array([1.0, 1.0, across_chip])
+    holds = []
+    for up in EIGHTEEN:
+        values = 9.81 * np.asarray(up) + each * rng.standard_normal((count, 3))
+        readings = Readings(Series(np.arange(count) / 100.0, values, "m/s^2"), None)
+        holds.append(hold_from(BlockCutter(100.0).feed(readings)))
+    noise = hold_noise(holds)
+    along = (np.asarray(EIGHTEEN) ** 2) @ each**2
+    across = 0.5 * ((each**2).sum() - along)
+    assert noise.accelerometer * count == pytest.approx(along, rel=0.15)
+    assert noise.across * count == pytest.approx(across, rel=0.15)
+
+
 @pytest.mark.parametrize("swaying", [0, 6])
 def test_holds_in_which_the_device_swayed_are_as_quiet_along_gravity(swaying: int) -> None:
     """Their directions wander by tenths of a degree, which is 40 times the noise of the others."""
