@@ -141,7 +141,7 @@ def _not_measured(bench: Bench) -> list[str]:
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     terms = [term for members in _opinion(diagnosis).terms for term in members]
     sentences = [sentence for term in terms for sentence in effect_text(diagnosis, bench, term)]
-    return sentences + _fall(diagnosis, bench)
+    return sentences + _disturbed_beside(diagnosis) + _fall(diagnosis, bench)
 
 
 def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -168,6 +168,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         ]
     for term in diagnosis.added:
         parts += effect_text(diagnosis, bench, term)
+    parts += _disturbed_beside(diagnosis)
     parts += _fall(diagnosis, bench) if diagnosis.added or opinion.families else []
     kinds_of = {effect.name: effect.kind for effect in bench.catalogue}
     decides = [
@@ -444,13 +445,28 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
     return None
 
 
-def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    del bench
+def _disturbed_places(diagnosis: Diagnosis) -> list[str]:
+    """What disagrees with all the rest, in words."""
     places = [f"hold {hold + 1}" for hold in diagnosis.disturbed_holds]
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
-    places += [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    return places + [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+
+
+def _disturbed_beside(diagnosis: Diagnosis) -> list[str]:
+    """That a part disagrees with all the rest beside what is named."""
+    places = _disturbed_places(diagnosis)
+    if not places:
+        return []
+    verb, them = ("disagree", "them") if len(places) > 1 else ("disagrees", "it")
+    also = f"{_capital(listed(places))} {verb} with all the rest beside this"
+    return [f"{also}: measure {them} again; nothing has been deleted."]
+
+
+def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    del bench
+    places = _disturbed_places(diagnosis)
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     what = "the device moved, or the sensor changed"
     advice = f"Measure {them} again; nothing has been deleted."

@@ -22,6 +22,7 @@ from imucal_wizard.diagnose.survey import (
     diagnose_benches,
     diagnosis_of,
     insufficient,
+    tried_findings,
 )
 from imucal_wizard.diagnose.suspects import EffectTrial
 from imucal_wizard.diagnose.verdict import Verdict
@@ -243,6 +244,16 @@ def test_an_interval_below_the_error_held_out_is_said_to_be_that_of_new_data() -
     above = replace(fit, held_out_interval=(0.1, 1.5))
     assert interval_text(usual).startswith("90 %: ")
     assert interval_text(above).startswith("new data, 90 %: ")
+
+
+def test_a_hold_that_is_disturbed_beside_an_effect_is_told() -> None:
+    made = benches("third-order:5:x", "second-order:5:x")
+    found = tried_findings(made, made.accelerometer)
+    assert found.opinion.verdict in (Verdict.MISSING, Verdict.AMBIGUOUS)
+    beside = replace(found, opinion=replace(found.opinion, holds=(4,)))
+    says = diagnosis_of(made, made.accelerometer, beside).says
+    assert "Hold 5 disagrees with all the rest beside this: measure it again" in says
+    assert "disagrees" not in diagnosis_of(made, made.accelerometer, found).says
 
 
 def test_an_error_that_is_only_fitted_has_the_same_noise_in_all_lines() -> None:
