@@ -245,7 +245,7 @@ def diagnosis_of(
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())
     disturbed: tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]
     disturbed = (), (), ()
-    if verdict is Verdict.DISTURBED:
+    if verdict in (Verdict.DISTURBED, Verdict.MISSING, Verdict.AMBIGUOUS):
         disturbed = disturbed_parts(bench.rows, findings)
     before = set(findings.fit.model)
     found = Diagnosis(
