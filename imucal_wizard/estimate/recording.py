@@ -15,7 +15,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
-from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, median_of_rows, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -38,7 +38,7 @@ from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import Steps, rounding_warnings, steps_in, with_rounding
-from imucal_wizard.measurement.clipping import axes_without_noise
+from imucal_wizard.measurement.clipping import axes_without_noise, partly_clipped
 from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import in_steps
@@ -145,7 +145,7 @@ def _are_positions(values: FloatArray) -> bool:
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
     holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
-    silent, wrong = axes_without_noise(holds, steps[0])
+    silent, wrong = _at_ends(holds, steps, readings)
     holds = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
@@ -166,6 +166,19 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+
+
+def _at_ends(
+    holds: Sequence[Hold], steps: Steps, readings: Readings | None
+) -> tuple[list[Notice], BoolArray]:
+    """Warnings about holds at the end of the accelerometer's range, and which they are, (h,)."""
+    silent, wrong = axes_without_noise(holds, steps[0])
+    if readings is None or not len(readings):
+        return silent, wrong
+    left = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
+    partly, clipped = partly_clipped(left, readings.accelerometer)
+    wrong[~wrong] = clipped
+    return [*silent, *partly], wrong
 
 
 def _in_steps(readings: Readings, steps: Steps, units: dict[str, str]) -> dict[str, str]:
@@ -340,7 +353,7 @@ def _held(
         DataError: the holds do not determine a calibration.
     """
     steps = steps_in(collected)
-    silent, wrong = axes_without_noise(collected.holds, steps[0])
+    silent, wrong = _at_ends(collected.holds, steps, readings)
     holds = [hold for hold, out in zip(collected.holds, wrong, strict=True) if not out]
     gone = {hold.start for hold, out in zip(collected.holds, wrong, strict=True) if out}
     return fit_holds(

@@ -6,12 +6,13 @@ reach the same rate, and the integrated rate falls short of the angle that gravi
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from imucal_wizard.core.limits.data_quality import (
     COUNT_ENDS,
+    MAX_CLIPPED_SHARE,
     MAX_RANGE_DIFFERENCE,
     MAX_STEADY_SHARE,
     MIN_CHECKED_SAMPLES,
@@ -69,11 +70,8 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
             beyond the smallest common range.
     """
     ends: dict[str, str] = {}
-    for axis in range(3):
-        column = series.values[:, axis]
-        for end in (float(column.max()), float(column.min())):
-            if _is_end(column, end, sensor, series.unit, short=short):
-                ends.setdefault(AXES[axis], true_minus(f"{end:.5g}"))
+    for axis, end in _ends(sensor, series, short=short):
+        ends.setdefault(AXES[axis], true_minus(f"{end:.5g}"))
     if not ends:
         return ""
     which, its, more = f"{listed(tuple(ends))} axes are", "their", "s"
@@ -86,6 +84,14 @@ def clipped_range(sensor: str, series: Series, *, short: bool = False) -> str:
         NoticeKind.CLIPPED,
         sensor,
     )
+
+
+def _ends(sensor: str, series: Series, *, short: bool = False) -> Iterator[tuple[int, float]]:
+    """The ends of the range that the samples reach, each with its axis."""
+    for axis, column in enumerate(series.values.T):
+        for end in (float(column.max()), float(column.min())):
+            if _is_end(column, end, sensor, series.unit, short=short):
+                yield axis, end
 
 
 def _is_end(column: FloatArray, end: float, sensor: str, unit: str, *, short: bool) -> bool:
@@ -405,6 +411,36 @@ def axes_without_noise(holds: Sequence[Hold], step: FloatArray) -> tuple[list[No
         )
         notes.insert(0, Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer"))
     return notes, wrong
+
+
+def partly_clipped(holds: Sequence[Hold], series: Series) -> tuple[list[Notice], BoolArray]:
+    """Holds in which some samples of the accelerometer are at the end of its range.
+
+    Args:
+        holds: the holds.
+        series: all samples of the accelerometer.
+
+    Returns:
+        A warning, and which holds they are, shape (h,).
+    """
+    ends, wrong = list(_ends("accelerometer", series)), np.zeros(len(holds), np.bool_)
+    for place, hold in enumerate(holds if ends else ()):
+        values = hold.readings(series).values
+        shares = [float((values[:, axis] == end).mean()) for axis, end in ends if len(values)]
+        wrong[place] = max(shares, default=0.0) > MAX_CLIPPED_SHARE
+    if not wrong.any():
+        return [], wrong
+    places = [
+        f"{holds[place].start:.1f} to {holds[place].end:.1f} s"
+        for place in np.flatnonzero(wrong).tolist()
+    ]
+    more = f" and {len(places) - 3} more" if len(places) > 3 else ""
+    text = (
+        f"in the holds from {', '.join(places[:3])}{more} some samples of the accelerometer are at "
+        f"the end of its range, so that their means are wrong; not used: "
+        f"{CLIPPING_ADVICE['accelerometer']}, and measure again"
+    )
+    return [Notice(text, NoticeKind.CLIPPED_HOLDS, "accelerometer")], wrong
 
 
 def frozen_axis(window: Windows, noise: Noise | None, steps: FloatArray) -> str:

@@ -392,6 +392,28 @@ def test_holds_in_which_an_axis_is_stuck_are_not_used(
     assert [one.verdict for one in found] == [Verdict.COMPLETE, gyroscope]
 
 
+def test_a_hold_that_touches_the_end_of_the_range_in_some_samples_is_not_used() -> None:
+    """A converter that ends 1.5 standard deviations above +z: 7 % of its samples are at the end."""
+    whole = fit_readings(session())
+    one = next(
+        hold for hold in whole.holds if hold.pose == "+z" and hold.accelerometer_scatter is not None
+    )
+    assert one.accelerometer_scatter is not None
+    spread = np.sqrt(one.accelerometer_scatter[2] * one.samples)
+    end = one.accelerometer[2] + 1.5 * spread
+    readings = with_accelerometer(session(), lambda force: np.minimum(force, [np.inf, np.inf, end]))
+    clipped = fit_readings(readings)
+    assert any(
+        "some samples of the accelerometer are at the end" in text for text in clipped.warnings
+    )
+    left = [
+        hold
+        for hold in clipped.holds
+        if (hold.readings(readings.accelerometer).values[:, 2] == end).mean() > 0.01
+    ]
+    assert not left
+
+
 def test_all_axes_that_rest_at_the_ends_of_their_ranges_are_one_warning() -> None:
     readings = with_accelerometer(session(), lambda force: np.clip(force, -9.3, 9.3))
     notes = fit_readings(readings).notes(judged=False)

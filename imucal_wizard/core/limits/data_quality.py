@@ -118,6 +118,9 @@ MIN_FLICKER_STEPS = 0.5
 end of its range or repeated."""
 SILENT_VARIANCE_SHARE = 1e-6
 """Ratio of the variance of a clipped axis to its variance in other holds."""
+MAX_CLIPPED_SHARE = 0.01
+"""Share of a hold's samples at the end of the range up to which its mean is right: clipping of one
+sample in a hundred moves it by 0.3 % of the noise of a sample."""
 MIN_SILENT_HOLDS = 2
 """Holds that must show the same reading without noise; a single one may have been a stuck
 sensor."""
