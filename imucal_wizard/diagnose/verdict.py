@@ -18,7 +18,15 @@ from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
-from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, EFFECT, NOTHING, UNKNOWN, Hypothesis
+from imucal_wizard.diagnose.hypotheses import (
+    BENT,
+    DISTURBED,
+    EFFECT,
+    NOTHING,
+    PAIR,
+    UNKNOWN,
+    Hypothesis,
+)
 from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import wandering
 from imucal_wizard.diagnose.referee import Hearing
@@ -152,7 +160,7 @@ def _add_pairs(
     for i, j in zip(*np.nonzero(table), strict=True):
         a, b = distinct[i], distinct[j]
         both = Label(
-            "pair",
+            PAIR,
             tuple(sorted((*a.terms, *b.terms))),
             tuple(sorted((*a.families, *b.families))),
         )

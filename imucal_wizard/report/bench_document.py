@@ -43,7 +43,7 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "not_tested": _not_tested(said),
         "explanations": [list(terms) for terms in said.explanations],
         "verdict": said.verdict.value,
-        "families": [] if opinion is None else list(opinion.families),
+        "families": [] if opinion is None else list(dict.fromkeys(opinion.families)),
         "added": list(said.added),
         "found": [
             {"term": one.term, "reason": one.reason, "decided_by": one.decided_by}
