@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.random_walk import Frame
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
@@ -352,7 +352,7 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
             # a setting among many, as a step's moment, is as likely in a pair as it is alone
             weight = np.exp(shares[first[where]] + shares[second[where]])
             prior[where] = PRIOR[PAIR] * share * weight / weight.sum()
-    for one in np.unique(number[first[related]]):
+    for one in distinct(number[first[related]]):
         where = related & (number[first] == one)
         weight = np.exp(shares[first[where]] + shares[second[where]])
         alone = np.exp(shares[number == one]).sum()
