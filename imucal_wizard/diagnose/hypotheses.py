@@ -17,6 +17,7 @@ With the products ``a``, ``b``, ``c`` of the two patterns (XᵀWX), ``y``, ``z``
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -257,6 +258,8 @@ class Pairs:
         second: of each pair, shape (p,).
         log_prior: shape (p,).
         members: the single explanations that pair, d of them.
+        newest: the gains last found, by the residual, the weights and the squares of σ they are of:
+            a set that is widened by single explanations asks for them again.
     """
 
     patterns: FloatArray
@@ -264,6 +267,7 @@ class Pairs:
     second: NDArray[np.intp]
     log_prior: FloatArray
     members: tuple[Hypothesis, ...]
+    newest: dict[bytes, NDArray[np.float32]] = field(default_factory=dict, repr=False)
 
     def __len__(self) -> int:
         return len(self.first)
@@ -282,6 +286,9 @@ class Pairs:
             each_weights: of each coordinate, shape (m,), under each wander.
             squares: of each σ, shape (sigmas,).
         """
+        key = np.concatenate([coordinates, *each_weights, squares]).tobytes()
+        if key in self.newest:
+            return self.newest[key].copy()
         # single precision: millions of numbers of which a thousandth is enough
         t = (1.0 / squares).astype(np.float32)
         found = np.empty((len(each_weights), len(self), len(t)), np.float32)
@@ -307,7 +314,9 @@ class Pairs:
             form *= np.float32(scale**2)
             form -= np.log(determinant, out=determinant)
             form *= np.float32(0.5)
-        return found
+        self.newest.clear()
+        self.newest[key] = found
+        return found.copy()
 
 
 def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
