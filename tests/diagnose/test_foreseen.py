@@ -33,7 +33,7 @@ from tests.diagnose.sessions import session
 
 Rule = Callable[[FloatArray], bool]
 
-RECORDINGS = 100
+RECORDINGS = 60
 """With fewer, the largest few of them, which decide on 95 in 100, say little."""
 NOISE = float(SIGMAS[2])
 

@@ -110,7 +110,7 @@ def test_a_promised_error_is_the_one_that_adding_brings(sensor: str, hidden: str
 
 @pytest.mark.study
 def test_promised_and_achieved_errors_agree_on_whole_recordings() -> None:
-    """Of about 25 suspects in two recordings, one at most is off by more than 15 %."""
-    found = [one for number in range(2) for one in promises(8100, number)]
+    """Of about a dozen suspects in a recording, one at most is off by more than 15 %."""
+    found = promises(8100, 0)
     assert {one.sensor for one in found} == set(SENSORS)
     assert sum(not one.kept for one in found) <= 1
