@@ -238,14 +238,37 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Opinion:
+class Names:
+    """What is named of a misfit.
+
+    Attributes:
+        families: the families named, sorted; empty without a name. One of which two effects act
+            is there twice.
+        terms: for each of them its members by probability, the likeliest first.
+        together: two effects of one family that may act where one of it is named.
+    """
+
+    families: tuple[str, ...]
+    terms: tuple[Terms, ...]
+    together: tuple[Terms, ...]
+
+    @property
+    def twice(self) -> bool:
+        """Whether two effects of one family are named."""
+        return len({*self.families}) < len(self.families)
+
+    @property
+    def open(self) -> bool:
+        """Whether it stays open which effects these are."""
+        return bool(self.together) or any(len(members) > 1 for members in self.terms)
+
+
+@dataclass(frozen=True)
+class Opinion(Names):
     """What is to be said of a misfit.
 
     Attributes:
         verdict: the word.
-        families: the families named, sorted; empty without a name. One of which two effects act
-            is there twice.
-        terms: for each of them its members by probability, the likeliest first.
         explanations: sets of terms that each leave only noise, best first.
         holds: indices of disturbed holds or rotations.
         noise: the noise in units of what was measured within the holds.
@@ -259,12 +282,9 @@ class Opinion:
         heard: what the gyroscope says of the explanations, where it was asked.
         decided: the families among whose members it has decided.
         shares: of the probability of each family named, by its likeliest member.
-        together: two effects of one family that may act where one of it is named.
     """
 
     verdict: Verdict
-    families: tuple[str, ...]
-    terms: tuple[Terms, ...]
     explanations: tuple[Terms, ...]
     holds: tuple[int, ...]
     noise: float
@@ -275,17 +295,11 @@ class Opinion:
     heard: Hearing | None = None
     decided: tuple[str, ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict)
-    together: tuple[Terms, ...] = ()
 
     @property
     def one_effect(self) -> bool:
         """Whether one effect and noise are all that is left, and no other explanation holds."""
         return self.verdict is Verdict.MISSING and len(self.families) == 1
-
-    @property
-    def twice(self) -> bool:
-        """Whether two effects of one family are named."""
-        return len({*self.families}) < len(self.families)
 
     @property
     def refuted(self) -> bool:
@@ -317,85 +331,143 @@ def judge_misfit(
         lack: whether measured noise makes what the present model leaves, where the misfit was made
             linear at another one.
     """
-    shares = _shares_of(hypotheses, posterior)
-    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
-    alone, best = shares, ExplainedVariance(misfit, hypotheses, posterior)
-    heard = None if hearing is None else _heard(hearing, shares, best)
-    if heard is not None and not heard.lacks_all:
-        evidence_by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
-        shares = shares.heard(evidence_by_terms, heard.now.log_evidence)
-    own = discriminability(misfit, hypotheses.frame)
     lack = lack or misfit.lack_of_fit()
-    evidence = _evidence_of(shares, best, own, lack)
-    verdict, families = decide_verdict(evidence)
-    if {*families} - {DISTURBED} and _beyond_all_effects(misfit, best):
-        verdict, families = Verdict.UNEXPLAINED, ()
-    if {*families} - {DISTURBED} and _leaves_structure(hypotheses, best, families, lack):
-        verdict, families = nameless(lack), ()
-    holds: tuple[int, ...] = ()
-    if DISTURBED in families:
-        families = tuple(one for one in families if one != DISTURBED)
-        holds = _accused(shares)
-    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
-        # where the others do not agree either, there is no reason to accuse one of them
-        verdict, holds = nameless(lack), ()
-    named = [_named(shares, family_of, family, best, heard) for family in families]
-    families = tuple(
-        family for family, one in zip(families, named, strict=True) for _ in one.members
-    )
-    terms = tuple(members for one in named for members in one.members)
-    together = tuple(two for one in named for two in one.together)
-    open_ = together or any(len(members) > 1 for members in terms)
-    if families and verdict is Verdict.MISSING and open_:
+    weighed = _weigh(misfit, hypotheses, posterior, hearing)
+    own = discriminability(misfit, hypotheses.frame)
+    evidence = _evidence_of(weighed.shares, weighed.best, own, lack)
+    verdict, families, holds = _decide(misfit, hypotheses, weighed, evidence)
+    names = weighed.names(families)
+    if verdict is Verdict.MISSING and names.families and names.open:
         verdict = Verdict.AMBIGUOUS
-    listed = shares.explanations(MIN_LISTED_PROBABILITY)
-    listed = (*listed, *(one for one in together if one not in listed))
-    if verdict is Verdict.AMBIGUOUS and terms:
-        every = (tuple(sorted(one)) for one in itertools.product(*terms))
-        listed = (*listed, *(one for one in every if one not in listed))
-    settled = together or len({*families}) < len(families)
-    if (
-        verdict is Verdict.AMBIGUOUS
-        and not settled
-        and not _several_hold(listed, families, best, lack)
-    ):
+    listed = weighed.listed(verdict, names)
+    open_ = verdict is Verdict.AMBIGUOUS and not (names.together or names.twice)
+    if open_ and not _several_hold(listed, names.families, weighed.best, lack):
         verdict = nameless(lack)
-    likely = [one for one in shares.present().items() if one[0] in family_of.values()]
-    first, share = max(likely, key=lambda one: one[1], default=("", 0.0))
-    probable: Terms = ()
-    asked = families or (first,) * (share > MIN_PROBABLE)
-    # two together fit much that is neither of them
-    if len(asked) == 1 and not (heard is not None and heard.against_all):
-        left = best.lack_beside(best.own_span(asked[0]))
-        alone_share = 1.0 - sum(shares.together(family_of, asked[0]).values())
-        if share_left(lack, left) < MAX_SHARE_LEFT_BY_PROBABLE and alone_share > MIN_PROBABLE:
-            probable = terms[0] if terms else _within(shares, family_of, first)
-    decided = tuple(
-        family
-        for family, members in zip(families, terms, strict=True)
-        if heard is not None
-        and families.count(family) == 1
-        and len(_within(alone, family_of, family)) > len(members)
-    )
     walks = 0.0
     if lack.not_repeatable:
-        walks = wandering(misfit, hypotheses.frame, best.coordinates)
+        walks = wandering(misfit, hypotheses.frame, weighed.best.coordinates)
+    decided = weighed.decided(names)
     return Opinion(
         verdict=verdict,
-        families=families,
-        terms=terms,
+        families=names.families,
+        terms=names.terms,
         explanations=listed,
         holds=holds,
-        noise=best.noise,
+        noise=weighed.best.noise,
         wandering=walks,
         lack=lack,
         shapeless=evidence.shapeless,
-        probable=probable,
-        heard=heard,
+        probable=weighed.probable(names, lack),
+        heard=weighed.heard,
         decided=decided,
-        shares={family: shares.members(family_of, family)[0][1] for family in decided},
-        together=together,
+        shares={one: weighed.shares.members(weighed.family_of, one)[0][1] for one in decided},
+        together=names.together,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """The probabilities of the explanations, and what is named of them.
+
+    Attributes:
+        shares: after the other sensor has spoken, where there is one.
+        alone: before it has spoken.
+        best: what the likeliest explanations take away.
+        family_of: the family of each effect.
+        heard: what the other sensor says.
+    """
+
+    shares: Shares
+    alone: Shares
+    best: ExplainedVariance
+    family_of: dict[str, str]
+    heard: Hearing | None
+
+    def names(self, families: tuple[str, ...]) -> Names:
+        """The effects of these families."""
+        named = [
+            _named(self.shares, self.family_of, family, self.best, self.heard)
+            for family in families
+        ]
+        return Names(
+            tuple(one for one, own in zip(families, named, strict=True) for _ in own.members),
+            tuple(members for one in named for members in one.members),
+            tuple(two for one in named for two in one.together),
+        )
+
+    def listed(self, verdict: Verdict, names: Names) -> tuple[Terms, ...]:
+        """Sets of effects that may be what is seen, the likeliest first."""
+        found = list(self.shares.explanations(MIN_LISTED_PROBABILITY))
+        found += [one for one in names.together if one not in found]
+        if verdict is Verdict.AMBIGUOUS and names.terms:
+            every = (tuple(sorted(one)) for one in itertools.product(*names.terms))
+            found += [one for one in every if one not in found]
+        return tuple(found)
+
+    def probable(self, names: Names, lack: LackOfFit) -> Terms:
+        """The members of the family named, or of the likeliest one that is not certain enough."""
+        likely = [
+            item for item in self.shares.present().items() if item[0] in self.family_of.values()
+        ]
+        first, share = max(likely, key=lambda item: item[1], default=("", 0.0))
+        asked = names.families or (first,) * (share > MIN_PROBABLE)
+        # two together fit much that is neither of them
+        if len(asked) != 1 or (self.heard is not None and self.heard.against_all):
+            return ()
+        left = self.best.lack_beside(self.best.own_span(asked[0]))
+        alone = 1.0 - sum(self.shares.together(self.family_of, asked[0]).values())
+        if share_left(lack, left) >= MAX_SHARE_LEFT_BY_PROBABLE or alone <= MIN_PROBABLE:
+            return ()
+        return names.terms[0] if names.terms else _within(self.shares, self.family_of, first)
+
+    def decided(self, names: Names) -> tuple[str, ...]:
+        """The families among whose members the other sensor has decided."""
+        return tuple(
+            family
+            for family, members in zip(names.families, names.terms, strict=True)
+            if self.heard is not None
+            and names.families.count(family) == 1
+            and len(_within(self.alone, self.family_of, family)) > len(members)
+        )
+
+
+def _weigh(
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    posterior: Posterior,
+    hearing: Callable[[tuple[Terms, ...]], Hearing | None] | None,
+) -> _Weighed:
+    """The probabilities of the explanations, with what another sensor says of them."""
+    alone, best = (
+        _shares_of(hypotheses, posterior),
+        ExplainedVariance(misfit, hypotheses, posterior),
+    )
+    shares, heard = alone, None if hearing is None else _heard(hearing, alone, best)
+    if heard is not None and not heard.lacks_all:
+        by_terms = {terms: one.log_evidence for terms, one in heard.with_terms.items()}
+        shares = alone.heard(by_terms, heard.now.log_evidence)
+    family_of = {candidate.term: candidate.family for candidate in misfit.candidates}
+    return _Weighed(shares, alone, best, family_of, heard)
+
+
+def _decide(
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    weighed: _Weighed,
+    evidence: "Evidence",
+) -> tuple[Verdict, tuple[str, ...], tuple[int, ...]]:
+    """The verdict, the families named without a disturbed hold, and the disturbed holds."""
+    lack = evidence.lack
+    verdict, families = decide_verdict(evidence)
+    if {*families} - {DISTURBED} and _beyond_all_effects(misfit, weighed.best):
+        verdict, families = Verdict.UNEXPLAINED, ()
+    if {*families} - {DISTURBED} and _leaves_structure(hypotheses, weighed.best, families, lack):
+        verdict, families = nameless(lack), ()
+    holds = _accused(weighed.shares) if DISTURBED in families else ()
+    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
+        # where the others do not agree either, there is no reason to accuse one of them
+        verdict, holds = nameless(lack), ()
+    return verdict, tuple(one for one in families if one != DISTURBED), holds
 
 
 def _heard(
