@@ -13,6 +13,7 @@ from imucal_wizard.acquire.files import SUFFIX
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
@@ -44,7 +45,14 @@ def app_at(
         written.append(tuple(term.name for term in found.sensors["accelerometer"].terms))
         return plain.save(fitted, benches, place)
 
-    services = replace(plain, fit=lambda _collected, _snapshot: report, save=save, draft=draft)
+    lacking = fakes.diagnoses(accelerometer=Verdict.MISSING)
+    services = replace(
+        plain,
+        fit=lambda _collected, _snapshot: report,
+        save=save,
+        draft=draft,
+        diagnose=lambda _benches: lacking,
+    )
     return WizardApp(services, None, VIRTUAL)
 
 

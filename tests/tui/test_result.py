@@ -19,6 +19,7 @@ from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings
 from imucal_wizard.tui.panels.report import fit_summary
+from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.result import SaveScreen
 from imucal_wizard.tui.services import Saved
 from imucal_wizard.tui.sounds import Sounds
@@ -46,6 +47,18 @@ async def test_the_result_says_before_after_held_out_and_a_verdict(size: tuple[i
             pilot, "0.160 mg held out", "limit 2.0 mg", "no explanation is certain",
             "f: find out", "31.4 mg  →", "4.80°  →", "0.619°", "b back", "? help", "q quit",
         )  # fmt: skip
+
+
+async def test_the_bench_opens_on_the_sensor_that_lacks_something() -> None:
+    """The accelerometer is complete, the gyroscope's error is unexplained."""
+    source = fakes.FakeSource(RESULT)
+    app = app_with(source)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "f: find out")
+        await pilot.press("f")
+        await until(pilot, lambda: isinstance(app.screen, BenchScreen))
+        assert isinstance(app.screen, BenchScreen)
+        assert app.screen.sensor == "gyroscope"
 
 
 @pytest.mark.parametrize(

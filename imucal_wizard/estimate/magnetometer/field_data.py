@@ -153,8 +153,9 @@ def field_data(
     pieces = cut(time, values, (values - bias) @ matrix.T, beside, coarse)
     magnetic = (pieces.reading - bias) @ matrix.T
     size = np.linalg.norm(magnetic, axis=1)
-    single, reading = pieces.scatter(np.linalg.norm((values - bias) @ matrix.T, axis=1), values)
-    per_sample = pieces.spread(shrunk(single, pieces.samples - 1))
+    (reading,) = pieces.scatter(values)
+    single, freedom = pieces.noise(np.linalg.norm((values - bias) @ matrix.T, axis=1))
+    per_sample = pieces.spread(shrunk(single, freedom))
     noise = piece_noise(pieces, size, per_sample) * per_sample
     inward = pieces.mean(magnetic @ matrix / size[:, None])
     # the samples of a rest share what rounding does; in motion readings pass many steps, and it

@@ -51,6 +51,8 @@ SMALLEST_NOISE = 1e-7
 CHANGED_NOISE = 20.0
 """Twice the logarithm of the likelihood ratio from which on the noise changes at one of the some
 hundred places in a recording: by chance it is as large in less than one of a hundred of them."""
+PARABOLA_SAMPLES = 32
+"""Samples along which noise is told from a course: of fewer, a parabola takes much of the noise."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -99,6 +101,37 @@ class Pieces:
         """Variances of values of all samples, (n, …), about the mean of their group, (k, …)."""
         starts = np.append(0, np.cumsum(self.count).astype(np.intp))[self.offsets]
         return [_scatter(one, starts) for one in values]
+
+    def noise(self, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Variances of values of all samples, (n,), about short parabolas, and ν of each group.
+
+        What a calibration that is not yet right makes of a turn bends the magnitude along an arc.
+        It is no noise.
+
+        Returns:
+            the variances and their degrees of freedom, shapes (k,); 0 where a group is too short.
+        """
+        first = np.append(0, np.cumsum(self.count).astype(np.intp))[self.offsets]
+        parts = np.maximum(np.diff(first) // PARABOLA_SAMPLES, 1)
+        own = np.concatenate([np.arange(one) for one in parts]) / np.repeat(parts, parts)
+        starts = np.repeat(first[:-1], parts)
+        starts = starts + (own * np.repeat(np.diff(first), parts)).astype(np.intp)
+        number = np.diff(np.append(starts, len(values)))
+        place = (np.arange(len(values)) - np.repeat(starts, number)) / np.repeat(number, number)
+        removed: list[FloatArray] = []
+        length = np.zeros(len(starts))
+        for one in (np.ones(len(values)), place, place**2, values):
+            left = one.astype(float)
+            for other in removed:
+                left = left - np.repeat(np.add.reduceat(left * other, starts), number) * other
+            length = np.sqrt(np.add.reduceat(left**2, starts))
+            scale = np.where((number > len(removed)) & (length > 0.0), length, np.inf)
+            removed.append(left / np.repeat(scale, number))
+        group = np.append(0, np.cumsum(parts))[:-1]
+        free = np.maximum(number - 3.0, 0.0)
+        freedom = np.add.reduceat(free, group)
+        squares = np.add.reduceat(length**2 * (free > 0.0), group)
+        return np.asarray(squares / np.maximum(freedom, 1.0)), np.asarray(freedom)
 
     def still(self, field: FloatArray) -> BoolArray:
         """Which groups are a pose that is held, shape (k,).
@@ -349,8 +382,8 @@ def slices(
 def piece_noise(pieces: Pieces, magnitude: FloatArray, single: FloatArray | float = 1.0) -> float:
     """Variance times samples of a mean over that of single samples.
 
-    From pieces that follow one another: half the mean square of their differences, by its median,
-    so that a step does not count.
+    From three pieces that follow one another, by how far the middle one is off the line through the
+    others, whose course over a turn is not noise; by the median, so that a step does not count.
 
     Args:
         pieces: of the recording.
@@ -358,11 +391,11 @@ def piece_noise(pieces: Pieces, magnitude: FloatArray, single: FloatArray | floa
         single: variance of a sample in each piece, shape (p,), or of all.
     """
     each = np.broadcast_to(single, np.shape(magnitude)) / pieces.count
-    both = each[1:] + each[:-1]
-    counted = ~pieces.apart[1:] & (both > 0.0)
+    total = each[:-2] + 4.0 * each[1:-1] + each[2:]
+    counted = ~(pieces.apart[1:-1] | pieces.apart[2:]) & (total > 0.0)
     if not counted.any():
         return 0.0
-    squares = np.diff(magnitude + pieces.extra)[counted] ** 2 / both[counted]
+    squares = np.diff(magnitude + pieces.extra, 2)[counted] ** 2 / total[counted]
     return median(squares) / MEDIAN_CHI_SQUARE
 
 

@@ -130,11 +130,13 @@ class FitScreen(LiveScreen):
         self.state.order(name)
 
     def action_bench(self) -> None:
-        """Open the bench."""
+        """Open the bench, first on a sensor whose model lacks something."""
         state = self.state
         if state.report is not None:
             predict = state.services.exercise and not state.sensor
-            screen = BenchScreen(state.bench, state.sensor, live=state.live, predict=predict)
+            lacking = (name for name, one in state.diagnoses.items() if not one.settled)
+            sensor = state.sensor or next(lacking, "")
+            screen = BenchScreen(state.bench, sensor, live=state.live, predict=predict)
 
             def leave(asked: tuple[MeasurementRequest, ...] | None) -> None:
                 state.leave_bench(screen.sensor, asked)

@@ -101,7 +101,20 @@ def test_the_noise_is_that_of_the_samples_whatever_drifts_and_jumps() -> None:
     noisy = field * (1.0 + slowly / FIELD) + 0.4 * rng.standard_normal(field.shape)
     pieces = pieces_of(time, noisy)
     found = piece_noise(pieces, np.linalg.norm(pieces.reading, axis=1))
-    # 1500 differences, each piece in two of them, know the variance by their median to 7 %
+    # 1500 differences, each piece in three of them, know the variance by their median to 7 %
+    assert found == pytest.approx(0.16, rel=0.2)
+
+
+def test_the_noise_does_not_contain_what_a_wrong_bias_makes_of_a_turn() -> None:
+    """A drift that the first fit does not know leaves the bias wrong by many times the noise."""
+    time, field = tumbling(300.0)
+    noisy = field + [3.0, 0.0, 0.0] + 0.4 * np.random.default_rng(6).standard_normal(field.shape)
+    pieces = pieces_of(time, noisy)
+    single, freedom = pieces.noise(np.linalg.norm(noisy, axis=1))
+    # some 24,000 degrees of freedom know the variance to 1 %, a group of 200 samples to 10 %
+    assert (freedom @ single) / freedom.sum() == pytest.approx(0.16, rel=0.04)
+    assert single.max() < 0.16 * 1.5
+    found = piece_noise(pieces, np.linalg.norm(pieces.reading, axis=1))
     assert found == pytest.approx(0.16, rel=0.2)
 
 
