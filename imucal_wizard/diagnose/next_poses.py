@@ -208,37 +208,27 @@ def disturbed_parts(
     holds: list[int] = []
     rotations: list[int] = []
     stretches: list[tuple[float, float]] = []
-    for index in findings.opinion.holds:
-        row = disturbed_row(table, index)
+    for row in map(table.first_row, findings.opinion.holds):
         if table.kind[row] == "field":
             stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
         elif table.moving[row]:
-            rotations.append(index)
+            rotations.append(int(table.index[row]))
         else:
             source, own = table.source_of(row)
             holds.append(source.item(own))
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
-def disturbed_row(table: ResidualTable, index: int) -> int:
-    """The first row of what has this number and is farthest off: a hold, rotation or field mean."""
-    rows = np.flatnonzero(table.index == index)
-    white = (table.residual / table.floor)[rows] ** 2
-    kinds = table.kind[rows]
-    kind = max(dict.fromkeys(kinds.tolist()), key=lambda one: float(white[kinds == one].mean()))
-    return int(rows[kinds == kind][0])
-
-
-def measured_again(table: ResidualTable, holds: Sequence[int]) -> bool:
+def measured_again(table: ResidualTable, items: Sequence[int]) -> bool:
     """Whether each of these holds has another one in its pose that is not among them.
 
     Args:
         table: the rows.
-        holds: their numbers in the table, see ``RowLabels.index``.
+        items: the holds, see ``ResidualTable.item``.
     """
-    pose, index, still = table.pose, table.index, ~table.moving
-    others = {*pose[still & ~np.isin(index, holds)].tolist()} - {-1}
-    own = [{*pose[still & (index == hold)].tolist()} for hold in holds]
+    pose, item, still = table.pose, table.item, ~table.moving
+    others = {*pose[still & ~np.isin(item, items)].tolist()} - {-1}
+    own = [{*pose[still & (item == one)].tolist()} for one in items]
     return bool(own) and all(one & others for one in own)
 
 
@@ -247,7 +237,8 @@ def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
     found = []
-    for hold in () if measured_again(table, holds) else holds:
+    still = [one for one in findings.opinion.holds if not table.moving[table.first_row(one)]]
+    for hold in () if measured_again(table, still) else holds:
         up = ups[int(np.flatnonzero(numbers == hold)[0])]
         brief = f"another hold there shows whether hold {hold + 1} was disturbed"
         why = f"{_words(up)} again: another hold there shows whether hold {hold + 1} was disturbed"
@@ -422,7 +413,7 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
         return circles(f"again, {ELSEWHERE}: an error that stays the same is one of the sensor")
     if verdict is Verdict.DISTURBED:
         # faces on which a circle sees the directions that are accused
-        field = table.direction[np.isin(table.index, findings.opinion.holds)]
+        field = table.direction[np.isin(table.item, findings.opinion.holds)]
         near = np.argmax(-field @ np.array(list(FACES.values())).T, axis=1)
         names = list(FACES)
         return circles("once more, to decide", tuple(dict.fromkeys(names[k] for k in near)))

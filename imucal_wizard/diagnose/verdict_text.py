@@ -24,7 +24,6 @@ from imucal_wizard.diagnose.effect_text import (
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import (
     ELSEWHERE,
-    disturbed_row,
     explanation_of,
     measured_again,
     rivals,
@@ -490,10 +489,10 @@ def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     others = diagnosis.disturbed_stretches or diagnosis.disturbed_rotations
     if bench is None or findings is None or others or not diagnosis.disturbed_holds:
         return []
-    numbers = findings.opinion.holds
-    if not measured_again(bench.rows, numbers):
+    items = findings.opinion.holds
+    if not measured_again(bench.rows, items):
         return []
-    rows = [disturbed_row(bench.rows, one) for one in numbers]
+    rows = [bench.rows.first_row(one) for one in items]
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 

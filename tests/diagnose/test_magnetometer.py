@@ -142,7 +142,7 @@ def test_a_pose_whose_dip_is_off_is_not_left_out_with_the_span_of_another_readin
     benches = tumbled()
     bench = benches.bench("magnetometer")
     assert bench is not None
-    found, dips = bench.look(), bench.rows.index[bench.rows.kind == "dip"]
+    found, dips = bench.look(), bench.rows.item[bench.rows.kind == "dip"]
     assert len(dips)
     for number in dips.tolist():
         accused = replace(found.opinion, verdict=Verdict.DISTURBED, holds=(number,))
