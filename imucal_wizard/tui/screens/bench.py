@@ -492,9 +492,11 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
     def action_formula(self) -> None:
         """Ask for an effect as a formula."""
-        if self.selection.snapshot is not None:
-            taken = {effect.name for effect in self.selection.snapshot.catalogue}
-            self.app.push_screen(FormulaScreen(self.sensor, taken), self._typed)
+        snapshot = self.selection.snapshot
+        if snapshot is not None:
+            taken = {effect.name for effect in snapshot.catalogue}
+            unit = snapshot.measured.circumstances.field_unit
+            self.app.push_screen(FormulaScreen(self.sensor, taken, unit), self._typed)
 
     def _typed(self, effect: FormulaEffect | None) -> None:
         if effect is not None:
