@@ -61,6 +61,7 @@ from imucal_wizard.estimate.table_steps import (
 from imucal_wizard.estimate.variance_components import determined
 from imucal_wizard.measurement.constant_rates import constant_rates
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
+from imucal_wizard.model.effects.earth_rate import EARTH_RATE
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import BIAS, ENTRIES, Parameters, RowLabels
@@ -316,7 +317,24 @@ def fit_rate_table(
             "these steps do not determine the gyroscope's biases: record the table at rest, too, "
             "or turn it in both senses in each mounting"
         )
-    return report(found)
+    fit = report(found)
+    return replace(fit, warnings=(*fit.warnings, *_earth_notes(fit)))
+
+
+def _earth_notes(fit: SensorFit) -> list[str]:
+    """That the biases contain the Earth's rate, where they are known better than that.
+
+    How the table's axis lies on the Earth, and where the table stops, is not known.
+    """
+    if fit.covariance is None or "bias" not in fit.base:
+        return []
+    by_bias = fit.matrix @ fit.covariance[BIAS, BIAS] @ fit.matrix.T
+    if np.sqrt(np.diag(by_bias)).min() >= EARTH_RATE:
+        return []
+    rate = quantity(EARTH_RATE, "rad/s", 2)
+    return [
+        f"a rate table's fit takes the Earth's rate for zero: the biases contain up to {rate} of it"
+    ]
 
 
 def with_rate_table(

@@ -149,7 +149,7 @@ _MIN_COLUMN_SIZE = 1e-12
 
 def size_of(sensor: str, unit: FieldUnit) -> Size:
     """The unit of an axis' error, and its usual size."""
-    return _SIZES[sensor].of_field(unit) if sensor == MAGNETOMETER else _SIZES[sensor]
+    return _SIZES[sensor].of_field(unit)
 
 
 def variables_in(unit: FieldUnit) -> dict[str, str]:

@@ -164,6 +164,28 @@ def test_few_mountings_leave_the_angles_nominal_and_say_so() -> None:
         fit_readings(Readings(NONE, series), FitOptions(turns=(np.pi / 2,)))
 
 
+@pytest.mark.parametrize(("density", "told"), [(0.01, True), (20.0, False)])
+def test_the_earths_rate_in_the_biases_of_a_table_is_told_where_they_are_known_better(
+    density: float, told: bool
+) -> None:
+    """A table with a vertical axis at 50° north: its rests read the part about the vertical."""
+    own = BNO055.gyroscope
+    triad = Triad(own.sensitivity, own.bias, own.unit, density * own.density)
+    readings, _ = table_recording(replace(BNO055, gyroscope=triad), 5, FAST, 4.0, white=True)
+    assert readings.gyroscope is not None
+    force = readings.accelerometer.values
+    up = force / np.linalg.norm(force, axis=1)[:, None]
+    felt = 7.2921e-5 * np.sin(50.0 * DEGREE) * up @ own.sensitivity.T
+    series = replace(readings.gyroscope, values=readings.gyroscope.values + felt)
+    fit = fit_table(Readings(NONE, series), FAST)
+    assert any("Earth's rate" in note for note in fit.warnings) == told
+    if told:
+        assert fit.covariance is not None
+        off = np.abs(fit.bias - own.bias)
+        assert (off > 3.0 * np.sqrt(np.diag(fit.covariance)[9:])).all()
+        assert off.max() < 7.2921e-5
+
+
 def test_files_that_hold_the_same_sensor_follow_one_another(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
