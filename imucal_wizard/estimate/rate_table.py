@@ -376,7 +376,8 @@ def fit_with_table(
     """Fit a recording on a rate table: the gyroscope by the table, the other sensors without it.
 
     If rotations between rests show how the gyroscope lies relative to the accelerometer, they and
-    the table are fitted together, in the accelerometer's frame; else the table alone.
+    the table are fitted together, in the accelerometer's frame; else, or where this fails, the
+    table alone.
 
     Args:
         readings: of all sensors; the accelerometer may have no samples.
@@ -401,10 +402,15 @@ def fit_with_table(
         report = FitReport(options.gravity, rates, (), (), {}, warnings=notes)
     force = _force_of(report, readings)
     gyroscope = report.sensors.get(GYROSCOPE)
-    found = None
+    found, apart = None, list[str]()
     if gyroscope is not None and gyroscope.experiment is not None:
         closures = cast("GyroscopeExperiment", gyroscope.experiment)
-        found = with_rate_table(closures, data, series, force)
+        try:
+            found = with_rate_table(closures, data, series, force)
+        except DataError as error:
+            apart = [
+                f"the rotations do not fit together with the table, which is used alone: {error}"
+            ]
     # what was said of the fit without the table, which is not the result
     replaced: set[str] = set(report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED))
     if gyroscope is not None:
@@ -422,7 +428,7 @@ def fit_with_table(
         report,
         rates={**report.rates, **rates},
         sensors={name: sensors[name] for name in SENSORS if name in sensors},
-        warnings=(*notes, *wrong, *found.warnings, *_table_notes(data)),
+        warnings=(*notes, *apart, *wrong, *found.warnings, *_table_notes(data)),
         outlier_notes=odd,
     )
 

@@ -249,6 +249,8 @@ class SensorFit:
             yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
             (gyroscope). An entry that stays nominal has its usual size, with what it does to those
             fitted; that of a magnetometer by a method of the papers, none.
+        parameter_covariance: of all parameters, of a method of the papers; None where it has none,
+            and of a fit, see ``parameters.covariance_of``.
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         validation: the error of each of them, in ``unit``; empty without any.
@@ -297,6 +299,7 @@ class SensorFit:
     residuals: FloatArray
     held_out: FloatArray | None = None
     covariance: FloatArray | None = None
+    parameter_covariance: FloatArray | None = None
     iterations: int = 0
     validation_rms: float | None = None
     warnings: tuple[str, ...] = ()

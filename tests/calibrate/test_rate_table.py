@@ -21,6 +21,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.estimate import rate_table
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect
@@ -100,6 +101,21 @@ def test_together_with_gravity_the_matrix_is_in_the_accelerometers_frame(tmp_pat
         np.sqrt(np.diag(one)[[0, 4, 8]]) for one in (fit.covariance, alone.covariance)
     )
     assert (better < 0.5 * before).all()
+
+
+def test_where_rotations_and_table_have_no_common_fit_the_table_is_used_and_it_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(*_: object) -> None:
+        raise DataError("no minimum was found")
+
+    monkeypatch.setattr(rate_table, "with_rate_table", refused)
+    table, _ = table_recording(BNO055, 3, FAST, 4.0, white=True)
+    readings = joined(record(BNO055, 3, turns=3), table)
+    report = fit_readings(readings, FitOptions(rates=tuple(DEGREE * r for r in FAST)))
+    assert report.sensors["gyroscope"].method == "rate table"
+    assert "accelerometer" in report.sensors
+    assert any("which is used alone: no minimum was found" in note for note in report.warnings)
 
 
 @pytest.mark.parametrize(("about", "method"), [("x", "rate table"), ("z", "vector + table")])
