@@ -516,9 +516,10 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         sentences.append(f"These data determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
     dead = _warnings(diagnosis, NoticeKind.DEAD)[:1]
-    return [*dead, *sentences, *_warnings(diagnosis, NoticeKind.CLIPPED, NoticeKind.CLIPPED_HOLDS)]
+    return [*dead, *sentences, *_warnings(diagnosis, *_CLIPPED)]
 
 
+_CLIPPED = NoticeKind.CLIPPED, NoticeKind.CLIPPED_ROTATIONS, NoticeKind.CLIPPED_HOLDS
 _WRONG_HOLDS = (NoticeKind.CLIPPED_HOLDS, NoticeKind.STUCK_HOLDS)
 """Warnings about holds that are left out because their readings are not the sensor's."""
 
