@@ -65,6 +65,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
     parts = _of_method(diagnosis) + _base_left_out(diagnosis)
+    parts += [] if bench is None else _not_confirmed(bench)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None and diagnosis.rests_left_out:
@@ -122,6 +123,15 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
             f"most of the error comes from that. Put back {names}."
         )
     ]
+
+
+def _not_confirmed(bench: Bench) -> list[str]:
+    """That data held out speak against the newest term."""
+    # one of several that were added together may well make things worse alone
+    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
+    if newest is None or newest in together or bench.confirmed():
+        return []
+    return [f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."]
 
 
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -561,12 +571,6 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         sentences.append(
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
-        )
-    # one of several that were added together may well make things worse alone
-    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
-    if newest is not None and newest not in together and not bench.confirmed():
-        sentences.append(
-            f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."
         )
     sentences += map(as_sentence, bench.refused)
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)

@@ -307,14 +307,14 @@ def ladder_rows(
         lead = "▸ " if one is last else "  "
         rows.append(row(lead, _step_name(ladder, place), one.rms_fitted, one.rms_held_out))
         if one.confirmed is False:
-            rows.append(f"    ▲ {refuted_by(ladder[place - 1], one)}")
+            rows.append(f"    ▲ {_refuted_by(ladder[place - 1], one)}")
     if height is not None:
         rows = rows[-max(1, height - 2) :]
     head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
     return [head[:width], *rows, row("  ", "noise alone", *noise)]
 
 
-def refuted_by(below: Rung, above: Rung) -> str:
+def _refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"
