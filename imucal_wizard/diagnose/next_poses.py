@@ -38,10 +38,12 @@ from imucal_wizard.diagnose.optimal_design import (
     WARMER,
     Explained,
     Patterns,
+    beside,
     choose,
     closure_of,
     one_more_hold,
     pose_patterns,
+    poses_done,
     rotation_patterns,
 )
 from imucal_wizard.diagnose.suspects import Suspect
@@ -50,6 +52,7 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances
 from imucal_wizard.model.identifiability import design, identifiable
 from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term
 
 MIN_GROWTH_PER_POSE = 1.02
 MIN_GROWTH_OF_ROTATIONS = 1.0 / 0.9
@@ -500,7 +503,10 @@ def _separate(
         radial = "hold" in table.kind
         # the noise of a hold, over the axes where each is a row
         sigma = np.sqrt((noise.reshape(len(where), -1) ** 2).mean(axis=1))
-        chosen, before, after = separating_poses(first, second, where, sigma, most, radial=radial)
+        others = beside(bench.fit, first, second)
+        chosen, before, after = separating_poses(
+            first, second, where, sigma, most, radial=radial, others=others
+        )
         count = len(chosen)
     size = float(np.abs(first.size).max())
     unit = first.effect.parameters(bench.sensor)[0].unit
@@ -516,6 +522,7 @@ def separating_poses(
     most: int = 6,
     *,
     radial: bool = True,
+    others: Sequence[Term] = (),
 ) -> tuple[Requests, float, float]:
     """Poses that separate two explanations of a misfit.
 
@@ -526,6 +533,7 @@ def separating_poses(
         sigma: noise of these holds, SI, shape (n,).
         most: how many poses to propose at most.
         radial: a hold shows the error along gravity; else (a gyroscope at rest) of each axis.
+        others: effects of the model beside them.
 
     Returns:
         The poses; the size of the first explanation (in shares of its estimate) needed to
@@ -533,19 +541,17 @@ def separating_poses(
     """
     typical = np.array([median(sigma)])
 
+    def patterns(where: Circumstances, noise: FloatArray) -> Patterns:
+        return pose_patterns(first, second, where, noise, radial, others)
+
     def offers(place: int) -> list[tuple[tuple[str, bool], Patterns]]:
         return [
-            (
-                (name, warm),
-                pose_patterns(
-                    first, second, one_more_hold(done, name, warm, place), typical, radial
-                ),
-            )
+            ((name, warm), patterns(one_more_hold(done, name, warm, place), typical))
             for name in NAMED
             for warm in (False, True)
         ]
 
-    now = pose_patterns(first, second, done, sigma, radial)
+    now = poses_done(patterns(done, sigma), radial, others)
     chosen, before, after = choose(now, offers, most, MIN_GROWTH_PER_POSE)
     requests = (_separating_request(name, warm, first, second) for name, warm in chosen)
     return tuple(requests), before, after
@@ -582,7 +588,7 @@ def _newest_and_its_like(
     for other in bench.catalogue:
         if family is None or other.family != family or other.name in bench.fit.model:
             continue
-        if other.lacking(bench.sensor, where) is None:
+        if bench.lacking(other) is None:
             any_size = np.ones(len(other.parameters(bench.sensor)))
             like = Explained(other, other.variants(where)[0], any_size)
             return Explained(term.effect, term.variant, size), like
