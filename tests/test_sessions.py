@@ -18,6 +18,7 @@ from imucal_wizard.guide.state import Event
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.sessions import Command, KeptSession, Session, new_session_path
 from imucal_wizard.sessions.session import SPARE_BYTES
+from imucal_wizard.sessions.session_list import session_info
 from tests.cli.kept_sessions import listed
 
 
@@ -118,6 +119,18 @@ def test_holds_and_rotations_are_written_when_finished_and_forgotten_when_undone
         assert connection.execute("SELECT kind, text FROM event").fetchall() == [
             ("undone", "taken back")
         ]
+
+
+def test_a_session_is_listed_with_the_holds_that_its_result_counts(tmp_path: Path) -> None:
+    """The holds of the validation are kept with them, and are not fitted."""
+    path, faces = tmp_path / "a.imucal", (_hold(0.0, "+x"), _hold(5.0, "-x"))
+    with Session.create(path, {}) as session:
+        session.write_findings(Collected(faces, (), (_hold(10.0, "+y"),)))
+    assert session_info(path).holds == 2
+    with sqlite3.connect(path) as connection:
+        assert connection.execute("SELECT count(*) FROM hold").fetchone() == (3,)
+        connection.execute("UPDATE hold SET value = '{' WHERE id = 0")
+    assert session_info(path).holds == 2
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="an open file cannot be removed there")

@@ -31,7 +31,7 @@ from imucal_wizard.cli.outcome import (
     write_json,
 )
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.notices import without_refusals
+from imucal_wizard.core.notices import not_in_verdicts
 from imucal_wizard.core.output import note, numbered_names, say
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
@@ -270,7 +270,7 @@ def write_diagnosis(
         from imucal_wizard.report.bench_text import bench_text
 
         say(bench_text(statements))
-        notes = without_refusals(notes, [one.sensor for one in statements])
+        notes = not_in_verdicts(notes, {one.sensor: one.says for one in statements})
     for warning in notes:
         note(f"warning: {warning}")
     note_spans(statements)

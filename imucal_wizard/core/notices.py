@@ -1,6 +1,6 @@
 """Warnings that other parts of the program ask for, by their kind."""
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum, auto
 from typing import Self
 
@@ -15,7 +15,9 @@ class NoticeKind(Enum):
     DEAD = auto()
     """An axis shows nothing."""
     CLIPPED = auto()
-    """Samples or rotations reach the end of the range."""
+    """Samples reach the end of the range."""
+    CLIPPED_ROTATIONS = auto()
+    """Rotations reach the end of the range."""
     CLIPPED_HOLDS = auto()
     """Holds are at the end of the range."""
     STUCK_HOLDS = auto()
@@ -91,16 +93,21 @@ def of_kind(warnings: Iterable[str], *kinds: NoticeKind, sensor: str = "") -> li
     ]
 
 
-def without_refusals(warnings: Sequence[str], judged: Collection[str]) -> list[str]:
+def not_in_verdicts(warnings: Sequence[str], verdicts: Mapping[str, str]) -> list[str]:
     """The warnings that verdicts shown beside them do not repeat.
 
     Args:
         warnings: all of them.
-        judged: sensors with a verdict, which says why the sensor is not calibrated.
+        verdicts: in sentences by sensor; each says why the sensor is not calibrated.
     """
-    refusals = of_kind(warnings, NoticeKind.NOT_CALIBRATED)
-    said = {one for one in refusals if one.sensor in judged}
-    return [one for one in warnings if one not in said]
+
+    def said(one: str) -> bool:
+        if not isinstance(one, Notice) or one.sensor not in verdicts:
+            return False
+        # a sentence there begins with a capital letter and ends with a full stop
+        return one.kind is NoticeKind.NOT_CALIBRATED or one[1:].rstrip(".") in verdicts[one.sensor]
+
+    return [one for one in warnings if not said(one)]
 
 
 def same_matter(one: str, other: str) -> bool:

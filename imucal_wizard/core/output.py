@@ -34,8 +34,23 @@ def say(text: str) -> None:
 
 
 def note(text: str) -> None:
-    """Write lines to standard error."""
-    print(without_control_characters(text), file=sys.stderr)
+    """Write lines to standard error; on a terminal they break between words."""
+    text, error = without_control_characters(text), sys.stderr
+    if error.isatty():
+        with suppress(OSError, ValueError):  # of a terminal without a width
+            width = os.get_terminal_size(error.fileno()).columns
+            text = "\n".join(_between_words(row, width) for row in text.split("\n"))
+    print(text, file=error)
+
+
+def _between_words(row: str, width: int) -> str:
+    """A line as lines of at most so many columns; a longer word stays whole."""
+    if len(row) <= width or width <= 0:
+        return row
+    import textwrap
+
+    rows = textwrap.wrap(row, width, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(rows)
 
 
 def replace_unencodable_output() -> None:

@@ -497,7 +497,7 @@ class Bench:
 
     def offer(self, effect: Effect) -> None:
         """Let an effect of the user's own be a suspect, too."""
-        self.catalogue = (*self.catalogue, effect)
+        self.catalogue = (*self.catalogue, effect.suited(self.measured.circumstances))
         self._own.add(effect.name)
         self._findings = None
 

@@ -114,6 +114,7 @@ def could_be(
             variance = ((columns @ root) ** 2).sum(axis=1) + beyond
             shares.append(share * part)
             means.append(np.bincount(item, mean**2 + variance))
+            # of two components of a closure, whose covariance hardly moves the quantile of them all
             squares.append(np.bincount(item, 2.0 * variance**2 + 4.0 * mean**2 * variance))
     if sum(shares) < MIN_CATALOGUE_SHARE:
         return None

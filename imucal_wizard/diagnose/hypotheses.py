@@ -53,7 +53,7 @@ class Hypothesis:
         kind: ``nothing``, ``effect``, ``disturbed`` or ``unknown``.
         terms: names of the effects in it.
         families: their families, sorted.
-        variant: of the effect, or the index of the hold that is disturbed.
+        variant: of the effect, or the item that is disturbed, see ``ResidualTable.item``.
         parameter: name of the one parameter in it, or "" for all; of unknown structure the axes
             whose characteristic it is, named as an effect's parameters that move them by the same,
             or "".
@@ -219,18 +219,15 @@ def siblings(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, Hypothe
 
 def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     """One hold or one rotation that is simply wrong, in all its rows."""
-    keys = sorted({(int(k), int(s)) for k, s in zip(misfit.kind, misfit.source, strict=True)})
-    prior = float(np.log(PRIOR[DISTURBED] / max(len(keys), 1)))
+    items = distinct(misfit.item)
+    prior = float(np.log(PRIOR[DISTURBED] / max(len(items), 1)))
     # an error of each row by the standard deviation of its noise
     wrong = frame.across.T @ misfit.whitened(np.diag(misfit.sigma))
     made = []
-    for kind, source in keys:
-        rows = np.flatnonzero((misfit.kind == kind) & (misfit.source == source))
-        patterns = wrong[:, rows]
+    for item in items:
+        patterns = wrong[:, misfit.item == item]
         made.append(
-            Hypothesis(
-                DISTURBED, (), (DISTURBED,), float(source), "", prior, patterns, DISTURBANCES
-            )
+            Hypothesis(DISTURBED, (), (DISTURBED,), float(item), "", prior, patterns, DISTURBANCES)
         )
     return made
 

@@ -38,10 +38,12 @@ from imucal_wizard.diagnose.optimal_design import (
     WARMER,
     Explained,
     Patterns,
+    beside,
     choose,
     closure_of,
     one_more_hold,
     pose_patterns,
+    poses_done,
     rotation_patterns,
 )
 from imucal_wizard.diagnose.suspects import Suspect
@@ -50,6 +52,7 @@ from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Circumstances
 from imucal_wizard.model.identifiability import design, identifiable
 from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.model.terms import Term
 
 MIN_GROWTH_PER_POSE = 1.02
 MIN_GROWTH_OF_ROTATIONS = 1.0 / 0.9
@@ -208,37 +211,27 @@ def disturbed_parts(
     holds: list[int] = []
     rotations: list[int] = []
     stretches: list[tuple[float, float]] = []
-    for index in findings.opinion.holds:
-        row = disturbed_row(table, index)
+    for row in map(table.first_row, findings.opinion.holds):
         if table.kind[row] == "field":
             stretches.append((float(table.span[row, 0]), float(table.span[row, 1])))
         elif table.moving[row]:
-            rotations.append(index)
+            rotations.append(int(table.index[row]))
         else:
             source, own = table.source_of(row)
             holds.append(source.item(own))
     return tuple(holds), tuple(rotations), tuple(stretches)
 
 
-def disturbed_row(table: ResidualTable, index: int) -> int:
-    """The first row of what has this number and is farthest off: a hold, rotation or field mean."""
-    rows = np.flatnonzero(table.index == index)
-    white = (table.residual / table.floor)[rows] ** 2
-    kinds = table.kind[rows]
-    kind = max(dict.fromkeys(kinds.tolist()), key=lambda one: float(white[kinds == one].mean()))
-    return int(rows[kinds == kind][0])
-
-
-def measured_again(table: ResidualTable, holds: Sequence[int]) -> bool:
+def measured_again(table: ResidualTable, items: Sequence[int]) -> bool:
     """Whether each of these holds has another one in its pose that is not among them.
 
     Args:
         table: the rows.
-        holds: their numbers in the table, see ``RowLabels.index``.
+        items: the holds, see ``ResidualTable.item``.
     """
-    pose, index, still = table.pose, table.index, ~table.moving
-    others = {*pose[still & ~np.isin(index, holds)].tolist()} - {-1}
-    own = [{*pose[still & (index == hold)].tolist()} for hold in holds]
+    pose, item, still = table.pose, table.item, ~table.moving
+    others = {*pose[still & ~np.isin(item, items)].tolist()} - {-1}
+    own = [{*pose[still & (item == one)].tolist()} for one in items]
     return bool(own) and all(one & others for one in own)
 
 
@@ -247,7 +240,8 @@ def _repeat_disturbed(table: ResidualTable, findings: BenchFindings) -> Requests
     holds, rotations, _ = disturbed_parts(table, findings)
     numbers, ups = _ups(table)
     found = []
-    for hold in () if measured_again(table, holds) else holds:
+    still = [one for one in findings.opinion.holds if not table.moving[table.first_row(one)]]
+    for hold in () if measured_again(table, still) else holds:
         up = ups[int(np.flatnonzero(numbers == hold)[0])]
         brief = f"another hold there shows whether hold {hold + 1} was disturbed"
         why = f"{_words(up)} again: another hold there shows whether hold {hold + 1} was disturbed"
@@ -422,7 +416,7 @@ def _next_circles(table: ResidualTable, findings: BenchFindings, verdict: Verdic
         return circles(f"again, {ELSEWHERE}: an error that stays the same is one of the sensor")
     if verdict is Verdict.DISTURBED:
         # faces on which a circle sees the directions that are accused
-        field = table.direction[np.isin(table.index, findings.opinion.holds)]
+        field = table.direction[np.isin(table.item, findings.opinion.holds)]
         near = np.argmax(-field @ np.array(list(FACES.values())).T, axis=1)
         names = list(FACES)
         return circles("once more, to decide", tuple(dict.fromkeys(names[k] for k in near)))
@@ -509,7 +503,10 @@ def _separate(
         radial = "hold" in table.kind
         # the noise of a hold, over the axes where each is a row
         sigma = np.sqrt((noise.reshape(len(where), -1) ** 2).mean(axis=1))
-        chosen, before, after = separating_poses(first, second, where, sigma, most, radial=radial)
+        others = beside(bench.fit, first, second)
+        chosen, before, after = separating_poses(
+            first, second, where, sigma, most, radial=radial, others=others
+        )
         count = len(chosen)
     size = float(np.abs(first.size).max())
     unit = first.effect.parameters(bench.sensor)[0].unit
@@ -525,6 +522,7 @@ def separating_poses(
     most: int = 6,
     *,
     radial: bool = True,
+    others: Sequence[Term] = (),
 ) -> tuple[Requests, float, float]:
     """Poses that separate two explanations of a misfit.
 
@@ -535,6 +533,7 @@ def separating_poses(
         sigma: noise of these holds, SI, shape (n,).
         most: how many poses to propose at most.
         radial: a hold shows the error along gravity; else (a gyroscope at rest) of each axis.
+        others: effects of the model beside them.
 
     Returns:
         The poses; the size of the first explanation (in shares of its estimate) needed to
@@ -542,19 +541,17 @@ def separating_poses(
     """
     typical = np.array([median(sigma)])
 
+    def patterns(where: Circumstances, noise: FloatArray) -> Patterns:
+        return pose_patterns(first, second, where, noise, radial, others)
+
     def offers(place: int) -> list[tuple[tuple[str, bool], Patterns]]:
         return [
-            (
-                (name, warm),
-                pose_patterns(
-                    first, second, one_more_hold(done, name, warm, place), typical, radial
-                ),
-            )
+            ((name, warm), patterns(one_more_hold(done, name, warm, place), typical))
             for name in NAMED
             for warm in (False, True)
         ]
 
-    now = pose_patterns(first, second, done, sigma, radial)
+    now = poses_done(patterns(done, sigma), radial, others)
     chosen, before, after = choose(now, offers, most, MIN_GROWTH_PER_POSE)
     requests = (_separating_request(name, warm, first, second) for name, warm in chosen)
     return tuple(requests), before, after
@@ -591,7 +588,7 @@ def _newest_and_its_like(
     for other in bench.catalogue:
         if family is None or other.family != family or other.name in bench.fit.model:
             continue
-        if other.lacking(bench.sensor, where) is None:
+        if bench.lacking(other) is None:
             any_size = np.ones(len(other.parameters(bench.sensor)))
             like = Explained(other, other.variants(where)[0], any_size)
             return Explained(term.effect, term.variant, size), like

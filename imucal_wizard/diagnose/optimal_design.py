@@ -1,9 +1,10 @@
 """A greedy design: what to measure so that the data separate two explanations of a misfit.
 
-With base columns J, the patterns of two effects A and B, and noise one, the part of A that neither
-the base nor B can imitate is ``(I − P_[J, B]) A``. Its length times the size of A is the number of
-standard deviations by which the data separate the two. Measurements are chosen one after the
-other, each the one that makes this length grow most.
+With the columns J of the model, the patterns of two effects A and B, and noise one, the part of A
+that neither the model nor B can imitate is ``(I − P_[J, B]) A``; where A or B is an effect of the
+model already, J is without it. Its length times the size of A is the number of standard deviations
+by which the data separate the two. Measurements are chosen one after the other, each the one that
+makes this length grow most.
 """
 
 from collections.abc import Callable, Sequence
@@ -61,7 +62,19 @@ class Explained:
 
 
 Patterns = tuple[FloatArray, FloatArray, FloatArray]
-"""Whitened rows: base columns, the first explanation at its size, the second one's columns."""
+"""Whitened rows: columns of the model, the first explanation at its size, the second's columns."""
+
+
+def beside(fit: SensorFit, first: Explained, second: Explained) -> tuple[Term, ...]:
+    """The effects of a model beside two explanations, one of which it may contain."""
+    names = first.effect.name, second.effect.name
+    return tuple(one for one in fit.terms if one.name not in names)
+
+
+def _with_priors(rows: Patterns, held: FloatArray) -> Patterns:
+    """The rows with those of priors, shape (p, b), of which neither explanation moves any."""
+    own, other = (np.zeros((len(held), one.shape[1])) for one in rows[1:])
+    return _stacked(rows, (held, own, other))
 
 
 def choose(
@@ -127,23 +140,46 @@ def _stacked(rows: Patterns, more: Patterns) -> Patterns:
 
 
 def pose_patterns(
-    first: Explained, second: Explained, where: Circumstances, sigma: FloatArray, radial: bool
+    first: Explained,
+    second: Explained,
+    where: Circumstances,
+    sigma: FloatArray,
+    radial: bool,
+    others: Sequence[Term] = (),
 ) -> Patterns:
-    """Of poses held: along gravity, or on each axis of a sensor at rest."""
+    """Of poses held: along gravity, or on each axis of a sensor at rest.
+
+    Args:
+        first: the likelier explanation.
+        second: the other one.
+        where: the poses, n of them.
+        sigma: noise of each, SI, shape (n,) or (1,).
+        radial: along gravity.
+        others: effects of the model, see ``beside``.
+    """
     sensor = ACCELEROMETER if radial else GYROSCOPE
-    felt = [
-        np.nan_to_num(one.effect.columns(sensor, where, one.variant)) for one in (first, second)
-    ]
+    shown = *others, *(Term(one.effect, one.variant) for one in (first, second))
+    felt = [np.nan_to_num(one.effect.columns(sensor, where, one.variant)) for one in shown]
     noise = np.broadcast_to(sigma, len(where))
     if radial:
         up = where.force / np.linalg.norm(where.force, axis=1)[:, None]
         base = design(up)
-        own, other = (np.einsum("ni,nip->np", up, columns) for columns in felt)
+        rows = [np.einsum("ni,nip->np", up, columns) for columns in felt]
     else:
         base, noise = np.tile(np.eye(3), (len(where), 1)), np.repeat(noise, 3)
-        own, other = (np.concatenate(columns) for columns in felt)
-    weight = 1.0 / noise[:, None]
+        rows = [np.concatenate(columns) for columns in felt]
+    *more, own, other = rows
+    base, weight = np.column_stack([base, *more]), 1.0 / noise[:, None]
     return base * weight, (own @ first.size)[:, None] * weight, other * weight
+
+
+def poses_done(now: Patterns, radial: bool, others: Sequence[Term]) -> Patterns:
+    """The patterns of the poses there are with the priors of the model's effects."""
+    sensor = ACCELEROMETER if radial else GYROSCOPE
+    usual = [one.effect.typical(sensor, one.variant) for one in others]
+    width = np.concatenate([np.zeros(0), *usual])
+    free = np.zeros((len(width), now[0].shape[1] - len(width)))
+    return _with_priors(now, np.concatenate([free, np.diag(1.0 / width)], axis=1))
 
 
 def one_more_hold(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
@@ -179,15 +215,15 @@ def rotation_patterns(
     """
     table = fit.rows
     assert table is not None, "a fit by rotations has rows"  # noqa: S101 (narrows the type)
-    held, white = np.diag(np.sqrt(np.diag(table.prior))), table.variance**-0.5
+    named = tuple(f"{one.effect.name}_" for one in (first, second))
+    kept = [not name.startswith(named) for name in table.names]
+    held = np.diag(np.sqrt(np.diag(table.prior)))[np.ix_(kept, kept)]
+    white = table.variance**-0.5
     one, two = ([Term(each.effect, each.variant)] for each in (first, second))
     own, other = table.design_columns(one) @ first.size[:, None], table.design_columns(two)
     own, other = (table.independent.scaled(white, columns) for columns in (own, other))
-    now = (
-        np.concatenate([table.independent.scaled(white, table.columns), held]),
-        np.concatenate([own, np.zeros((len(held), 1))]),
-        np.concatenate([other, np.zeros((len(held), other.shape[1]))]),
-    )
+    columns = table.independent.scaled(white, table.columns[:, kept])
+    now = _with_priors((columns, own, other), held)
     imagined = _imagined(table, fit, gravity, axis)
     rows = imagined.at(Parameters(fit.matrix, fit.bias), Terms(fit.sensor, ()))
     assert fit.experiment is not None, "its directions are the experiment's"  # noqa: S101 (narrows)
@@ -202,7 +238,7 @@ def rotation_patterns(
     columns[:, [table.names.index(name) for name in imagined.shared]] = rows.shared_columns()
     weight = 1.0 / np.sqrt(rows.own)[:, None]
     more_own, more_other = rows.term_columns(one) @ first.size[:, None], rows.term_columns(two)
-    return now, (columns * weight, more_own * weight, more_other * weight)
+    return now, (columns[:, kept] * weight, more_own * weight, more_other * weight)
 
 
 def _imagined(table: ResidualTable, fit: SensorFit, gravity: float, axis: str) -> GravityClosure:

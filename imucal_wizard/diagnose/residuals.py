@@ -77,7 +77,7 @@ class WhitenedResiduals:
         base: whitened derivative by all parameters that are in the model, shape (n, b).
         held: square root of the precision of their priors, shape (b,).
         kind: where each row comes from, shape (n,).
-        source: index of its hold or rotation, shape (n,).
+        item: which hold, rotation or group of samples it is of, see ``ResidualTable``, shape (n,).
         direction: up at the row's hold (of a magnetometer: the field's direction), unit vectors,
             shape (n, 3); NaN for rotations.
         axis: the gyroscope's axis of a still row, -1 otherwise, shape (n,).
@@ -99,7 +99,7 @@ class WhitenedResiduals:
     base: FloatArray
     held: FloatArray
     kind: IntArray
-    source: IntArray
+    item: IntArray
     direction: FloatArray
     axis: IntArray
     time: FloatArray
@@ -142,9 +142,9 @@ class WhitenedResiduals:
         wider = np.column_stack([self.base, columns])
         return lack_of_fit(self.residual, wider, self.sigma, self.visits)
 
-    def lack_without(self, sources: Sequence[int]) -> LackOfFit:
+    def lack_without(self, items: Sequence[int]) -> LackOfFit:
         """The same without the rows of some holds or rotations."""
-        out = np.isin(self.source, sources)
+        out = np.isin(self.item, items)
         base = self.without(out).base
         return lack_of_fit(self.residual, base, self.sigma, self.visits.without(out))
 
@@ -212,7 +212,7 @@ def whitened_rows(
         base=columns[:, seen],
         held=np.sqrt(precision[seen]),
         kind=kind,
-        source=table.index,
+        item=table.item,
         direction=table.direction,
         axis=np.where(kind == RowKind.STILL, table.axis, -1),
         time=table.time,

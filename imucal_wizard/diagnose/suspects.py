@@ -131,7 +131,7 @@ class Suspect:
         noise: covariance of the rows, see ``EffectTrial``.
         like: terms with nearly the same pattern here; a large size may separate them all the same.
         detectability: the sizes that show in such data, and what noise alone makes of suspects.
-        hold: index of the hold accused, for a disturbed one.
+        hold: the hold or rotation accused, see ``ResidualTable.item``, of a disturbed one.
         split: what another sensor shows of a model with it.
     """
 

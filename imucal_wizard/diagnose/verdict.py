@@ -58,7 +58,7 @@ class Shares:
 
     Attributes:
         by_label: probability of each label.
-        by_hold: probability that a hold or rotation is disturbed, by its index.
+        by_hold: probability that a hold or rotation is disturbed, by ``ResidualTable.item``.
     """
 
     by_label: dict[Label, float]
@@ -270,7 +270,7 @@ class Opinion(Names):
     Attributes:
         verdict: the word.
         explanations: sets of terms that each leave only noise, best first.
-        holds: indices of disturbed holds or rotations.
+        holds: disturbed holds or rotations, see ``ResidualTable.item``.
         noise: the noise in units of what was measured within the holds.
         wandering: probability that what is left follows the time as a wandering bias does, which
             is noise and no drift; asked where poses do not repeat, else 0.

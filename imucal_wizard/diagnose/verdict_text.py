@@ -24,7 +24,6 @@ from imucal_wizard.diagnose.effect_text import (
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import (
     ELSEWHERE,
-    disturbed_row,
     explanation_of,
     measured_again,
     rivals,
@@ -66,6 +65,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
     parts = _of_method(diagnosis) + _base_left_out(diagnosis)
+    parts += [] if bench is None else _not_confirmed(bench)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None and diagnosis.rests_left_out:
@@ -123,6 +123,15 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
             f"most of the error comes from that. Put back {names}."
         )
     ]
+
+
+def _not_confirmed(bench: Bench) -> list[str]:
+    """That data held out speak against the newest term."""
+    # one of several that were added together may well make things worse alone
+    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
+    if newest is None or newest in together or bench.confirmed():
+        return []
+    return [f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."]
 
 
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -490,10 +499,10 @@ def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     others = diagnosis.disturbed_stretches or diagnosis.disturbed_rotations
     if bench is None or findings is None or others or not diagnosis.disturbed_holds:
         return []
-    numbers = findings.opinion.holds
-    if not measured_again(bench.rows, numbers):
+    items = findings.opinion.holds
+    if not measured_again(bench.rows, items):
         return []
-    rows = [disturbed_row(bench.rows, one) for one in numbers]
+    rows = [bench.rows.first_row(one) for one in items]
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
@@ -517,9 +526,10 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
         sentences.append(f"These data determine {what}{', '.join(fit.model)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
     dead = _warnings(diagnosis, NoticeKind.DEAD)[:1]
-    return [*dead, *sentences, *_warnings(diagnosis, NoticeKind.CLIPPED, NoticeKind.CLIPPED_HOLDS)]
+    return [*dead, *sentences, *_warnings(diagnosis, *_CLIPPED)]
 
 
+_CLIPPED = NoticeKind.CLIPPED, NoticeKind.CLIPPED_ROTATIONS, NoticeKind.CLIPPED_HOLDS
 _WRONG_HOLDS = (NoticeKind.CLIPPED_HOLDS, NoticeKind.STUCK_HOLDS)
 """Warnings about holds that are left out because their readings are not the sensor's."""
 
@@ -561,12 +571,6 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         sentences.append(
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
-        )
-    # one of several that were added together may well make things worse alone
-    newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
-    if newest is not None and newest not in together and not bench.confirmed():
-        sentences.append(
-            f"{_capital(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."
         )
     sentences += map(as_sentence, bench.refused)
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)

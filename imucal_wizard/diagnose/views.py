@@ -390,7 +390,7 @@ def suspect_view(findings: BenchFindings, suspect: Suspect) -> ResidualView | No
         unit=shown,
         x=x[order],
         y=y[order],
-        source=misfit.source[rows][order],
+        source=table.index[rows][order],
         rows=(part.source, part.rows[order]),
         look_for=_LOOK_FOR["suspect"],
         error=factor * misfit.sigma[rows][order],

@@ -185,6 +185,7 @@ def _other_range(scale: float) -> list[str]:
 _OF_THE_FIT = {
     NoticeKind.GRAVITY_OF_SAMPLES: (NoticeKind.SCALE, NoticeKind.BIAS),
     NoticeKind.STEPS_OF_SAMPLES: (NoticeKind.STEPS_OF_HOLDS,),
+    NoticeKind.CLIPPED: (NoticeKind.CLIPPED_ROTATIONS,),
 }
 """Warnings about the samples, and those about the same that the fit gives."""
 
@@ -227,5 +228,5 @@ def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
             f"the gyroscope reaches the end of its range in the rotations from {places}{more}, "
             f"for {seconds:.2g} s in all: {CLIPPING_ADVICE['gyroscope']}"
         )
-        notes.append(Notice(text, NoticeKind.CLIPPED, "gyroscope"))
+        notes.append(Notice(text, NoticeKind.CLIPPED_ROTATIONS, "gyroscope"))
     return notes

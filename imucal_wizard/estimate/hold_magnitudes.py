@@ -31,7 +31,7 @@ from imucal_wizard.estimate.magnitude import (
 )
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
-from imucal_wizard.estimate.parameters import with_errors
+from imucal_wizard.estimate.parameters import converted_covariance, with_errors
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.measurement.holds import Hold
@@ -170,6 +170,11 @@ class HoldMagnitudes:
         if whole is not None:
             principal = rows.up_columns()[:, :, :ENTRIES] @ principal_steps(whole)
         reference = experiment.referred(rows.direction, principal, excess, basis_of(self.free))
+        entries = Parameters(matrix, bias).entries
+
+        def named(entries: FloatArray) -> dict[str, float]:
+            return experiment.named(entries[:9].reshape(3, 3), entries[9:])
+
         dropped = [*experiment.directions(experiment.base_terms).dropped]
         dropped += [] if self.cross else PARAMETERS["non-orthogonality"]
         return SensorFit(
@@ -181,8 +186,8 @@ class HoldMagnitudes:
             bias=bias,
             bias_unit=experiment.unit,
             parameters=with_errors(
-                lambda entries: experiment.named(entries[:9].reshape(3, 3), entries[9:]),
-                Parameters(matrix, bias).entries,
+                named,
+                entries,
                 with_nominal,
                 experiment.unit_of,
                 tuple(dict.fromkeys(dropped)),
@@ -196,6 +201,9 @@ class HoldMagnitudes:
             residuals=rows.residual,
             held_out=None if out is None else out * gravity,
             covariance=covariance,
+            parameter_covariance=None
+            if with_nominal is None
+            else converted_covariance(named, entries, with_nominal),
             iterations=found.iterations,
             warnings=(self.reason,) if self.reason else (),
             degrees_of_freedom=max(freedom, 0),

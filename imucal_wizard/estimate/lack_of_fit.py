@@ -11,12 +11,14 @@ contain what the model lacks. The residual is tested twice, each time at one per
   have no more of it than these leave.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import exceeded
-from imucal_wizard.estimate.repeatability import WITHIN_FREEDOM, pure_error
+from imucal_wizard.estimate.repeatability import pure_error, within_freedom
 from imucal_wizard.model.rows.table import ResidualTable
 
 TEST_LEVEL = 0.01
@@ -91,12 +93,14 @@ class Visits:
         share: of what visits differ by, by how much each row differs, shape (n,): what a place does
             to the magnitude of a field it does to its dip, and a bias that is another one in each
             rest turns a rotation as long as it takes.
+        freedom: degrees of freedom behind the noise of all rows.
     """
 
     repeated: BoolArray
     group: IntArray
     visit: IntArray
     share: FloatArray
+    freedom: float
 
     @classmethod
     def of(cls, table: ResidualTable) -> "Visits":
@@ -104,13 +108,13 @@ class Visits:
         axes, rest = np.maximum(table.axis, 0), ~table.moving
         repeated = rest & table.repeats_are_noise & (table.pose >= 0)
         share = np.where(repeated, 1.0, np.linalg.norm(table.lever, axis=1))
-        return cls(repeated, 3 * table.pose + axes, 3 * table.visit + axes, share)
+        group, visit = (3 * one + axes for one in (table.pose, table.visit))
+        return cls(repeated, group, visit, share, within_freedom(table))
 
     def without(self, rows: BoolArray) -> "Visits":
         """The same with some rows that repeat nothing, shape (n,)."""
-        return Visits(
-            self.repeated & ~rows, self.group, self.visit, np.where(rows, 0.0, self.share)
-        )
+        share = np.where(rows, 0.0, self.share)
+        return replace(self, repeated=self.repeated & ~rows, share=share)
 
 
 def lack_of_fit(
@@ -124,7 +128,7 @@ def lack_of_fit(
         sigma: noise within the holds of each row, in its unit, shape (n,).
         visits: which rows repeat one another.
     """
-    known = WITHIN_FREEDOM * len(residual)
+    known = visits.freedom
     squares, rank = squares_left(residual, columns)
     freedom = len(residual) - rank
     if freedom <= 0:

@@ -132,6 +132,14 @@ def with_errors(
     return tuple(parameters)
 
 
+def converted_covariance(
+    convert: Callable[[FloatArray], dict[str, float]], theta: FloatArray, covariance: FloatArray
+) -> FloatArray:
+    """Covariance of the values that ``with_errors`` gives the standard errors of, shape (p, p)."""
+    slopes = _slopes(convert, theta, np.sqrt(np.diag(covariance)))
+    return np.asarray(slopes @ covariance @ slopes.T)
+
+
 def covariance_of(fit: SensorFit) -> FloatArray | None:
     """Covariance of all parameters in their order, sizes of effects included, shape (n, n).
 
@@ -146,6 +154,9 @@ def covariance_of(fit: SensorFit) -> FloatArray | None:
         return None
     found, count = fit.minimum, len(fit.parameters)
     correlations = np.eye(count)
+    if fit.parameter_covariance is not None:  # parameters found beside a method come after its own
+        own = slice(0, len(fit.parameter_covariance))
+        correlations[own, own] = _correlations(fit.parameter_covariance)
     joint = None if found is None else found.covariance()
     if found is not None and joint is not None:
         experiment, sizes = found.experiment, found.sizes
@@ -163,12 +174,18 @@ def covariance_of(fit: SensorFit) -> FloatArray | None:
         into[:base, free] = slopes
         into[count - effects :, sizes] = np.eye(effects)
         together = into @ joint[: sizes.stop, : sizes.stop] @ into.T
-        spread = np.sqrt(np.maximum(np.diag(together), 0.0))
-        known = spread > 0.0
-        spread = np.where(known, spread, 1.0)
-        correlations = np.where(np.outer(known, known), together / np.outer(spread, spread), 0.0)
-        np.fill_diagonal(correlations, 1.0)
+        correlations = _correlations(together)
     return np.asarray(correlations * np.outer(errors, errors))
+
+
+def _correlations(covariance: FloatArray) -> FloatArray:
+    """Of parameters, none of which without an error has any."""
+    spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    known = spread > 0.0
+    spread = np.where(known, spread, 1.0)
+    found = np.where(np.outer(known, known), covariance / np.outer(spread, spread), 0.0)
+    np.fill_diagonal(found, 1.0)
+    return found
 
 
 def _spread(slopes: FloatArray, covariance: FloatArray) -> list[float]:

@@ -61,6 +61,7 @@ from imucal_wizard.estimate.table_steps import (
 from imucal_wizard.estimate.variance_components import determined
 from imucal_wizard.measurement.constant_rates import constant_rates
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
+from imucal_wizard.model.effects.earth_rate import EARTH_RATE
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.rate_at_rest import RateAtRest
 from imucal_wizard.model.rows.source import BIAS, ENTRIES, Parameters, RowLabels
@@ -316,7 +317,24 @@ def fit_rate_table(
             "these steps do not determine the gyroscope's biases: record the table at rest, too, "
             "or turn it in both senses in each mounting"
         )
-    return report(found)
+    fit = report(found)
+    return replace(fit, warnings=(*fit.warnings, *_earth_notes(fit)))
+
+
+def _earth_notes(fit: SensorFit) -> list[str]:
+    """That the biases contain the Earth's rate, where they are known better than that.
+
+    How the table's axis lies on the Earth, and where the table stops, is not known.
+    """
+    if fit.covariance is None or "bias" not in fit.base:
+        return []
+    by_bias = fit.matrix @ fit.covariance[BIAS, BIAS] @ fit.matrix.T
+    if np.sqrt(np.diag(by_bias)).min() >= EARTH_RATE:
+        return []
+    rate = quantity(EARTH_RATE, "rad/s", 2)
+    return [
+        f"a rate table's fit takes the Earth's rate for zero: the biases contain up to {rate} of it"
+    ]
 
 
 def with_rate_table(
@@ -358,7 +376,8 @@ def fit_with_table(
     """Fit a recording on a rate table: the gyroscope by the table, the other sensors without it.
 
     If rotations between rests show how the gyroscope lies relative to the accelerometer, they and
-    the table are fitted together, in the accelerometer's frame; else the table alone.
+    the table are fitted together, in the accelerometer's frame; else, or where this fails, the
+    table alone.
 
     Args:
         readings: of all sensors; the accelerometer may have no samples.
@@ -383,10 +402,15 @@ def fit_with_table(
         report = FitReport(options.gravity, rates, (), (), {}, warnings=notes)
     force = _force_of(report, readings)
     gyroscope = report.sensors.get(GYROSCOPE)
-    found = None
+    found, apart = None, list[str]()
     if gyroscope is not None and gyroscope.experiment is not None:
         closures = cast("GyroscopeExperiment", gyroscope.experiment)
-        found = with_rate_table(closures, data, series, force)
+        try:
+            found = with_rate_table(closures, data, series, force)
+        except DataError as error:
+            apart = [
+                f"the rotations do not fit together with the table, which is used alone: {error}"
+            ]
     # what was said of the fit without the table, which is not the result
     replaced: set[str] = set(report.warned(GYROSCOPE, NoticeKind.NOT_CALIBRATED))
     if gyroscope is not None:
@@ -404,7 +428,7 @@ def fit_with_table(
         report,
         rates={**report.rates, **rates},
         sensors={name: sensors[name] for name in SENSORS if name in sensors},
-        warnings=(*notes, *wrong, *found.warnings, *_table_notes(data)),
+        warnings=(*notes, *apart, *wrong, *found.warnings, *_table_notes(data)),
         outlier_notes=odd,
     )
 

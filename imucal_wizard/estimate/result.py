@@ -1,7 +1,7 @@
 """The result of a fit: parameters with uncertainty, errors, and parameters not determined."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -12,8 +12,8 @@ from imucal_wizard.core.notices import (
     Notice,
     NoticeKind,
     not_calibrated,
+    not_in_verdicts,
     of_kind,
-    without_refusals,
 )
 from imucal_wizard.core.quantities import number, plural, quantity
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
@@ -249,6 +249,8 @@ class SensorFit:
             yy, yz, zz (accelerometer, magnetometer), or of M's nine entries by rows and the biases
             (gyroscope). An entry that stays nominal has its usual size, with what it does to those
             fitted; that of a magnetometer by a method of the papers, none.
+        parameter_covariance: of all parameters, of a method of the papers; None where it has none,
+            and of a fit, see ``parameters.covariance_of``.
         iterations: how many the method took.
         validation_rms: error on holds the fit has not seen, or None.
         validation: the error of each of them, in ``unit``; empty without any.
@@ -297,6 +299,7 @@ class SensorFit:
     residuals: FloatArray
     held_out: FloatArray | None = None
     covariance: FloatArray | None = None
+    parameter_covariance: FloatArray | None = None
     iterations: int = 0
     validation_rms: float | None = None
     warnings: tuple[str, ...] = ()
@@ -491,10 +494,10 @@ class FitReport:
         notes = (*worse, *self.warnings)
         return notes if judged else (*notes, *self.outlier_notes.values())
 
-    def notes_beside(self, judged: Collection[str]) -> tuple[str, ...]:
-        """The notes for a place that shows the verdicts, too, which say why there is no fit.
+    def notes_beside(self, verdicts: Mapping[str, str]) -> tuple[str, ...]:
+        """The notes for a place that shows the verdicts, too, without what these say.
 
         Args:
-            judged: sensors that have a verdict.
+            verdicts: in sentences, by sensor.
         """
-        return tuple(without_refusals(self.notes(judged=bool(judged)), judged))
+        return tuple(not_in_verdicts(self.notes(judged=bool(verdicts)), verdicts))

@@ -5,7 +5,7 @@ Variables:
 ============== ===================================================================
 ax ay az       true specific force, g
 wx wy wz       true angular rate, °/s (0 at rest)
-mx my mz       true flux density, µT
+mx my mz       true flux density, µT; counts where the field of a sensor in counts is not known
 px py pz       specific force of the hold before, g (0 before the first)
 a w m p        force, rate, field, force before on the axis that the formula is applied to
 T              temperature minus the session's mean, °C (0 where unknown)
@@ -15,18 +15,20 @@ I              current or throttle, A or %
 g              local gravity, g
 ============== ===================================================================
 
-Every other name is a coefficient to be fitted, in mg (accelerometer), °/s (gyroscope) or µT
-(magnetometer) per unit of what it multiplies; the formula must be linear in them. Without an axis
-in front, the formula acts on each axis with coefficients of its own: ``k`` becomes ``k_x``,
-``k_y``, ``k_z``. With axes in front, a name stands for the same number wherever it occurs.
+Every other name is a coefficient to be fitted, in mg (accelerometer), °/s (gyroscope) or the unit
+of the field (magnetometer) per unit of what it multiplies; the formula must be linear in them.
+Without an axis in front, the formula acts on each axis with coefficients of its own: ``k`` becomes
+``k_x``, ``k_y``, ``k_z``. With axes in front, a name stands for the same number wherever it occurs.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.quantities import unit_sign
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import ACCELERATION_UNITS
@@ -41,7 +43,9 @@ from imucal_wizard.model.effect import (
     Circumstances,
     Effect,
     EffectParameter,
+    FieldUnit,
     Kind,
+    Size,
     Story,
     sensed,
     warmth,
@@ -64,7 +68,7 @@ VARIABLES: Mapping[str, str] = {
     "I": "current, A, or throttle, %",
     "g": "local gravity, g",
 }
-"""What a formula may depend on, for the bench to show."""
+"""What a formula may depend on, of a field that is known in µT."""
 _NEEDS: Mapping[str, Callable[[Circumstances], str | None]] = {
     "T": requirements.temperatures,
     "t": requirements.duration,
@@ -132,15 +136,25 @@ def against_of(names: set[str]) -> Against:
     return found[0] if found else "input"
 
 
-UNITS = {
-    ACCELEROMETER: ("mg", MILLI_G, 3.0),
-    GYROSCOPE: ("°/s", DEGREE, 0.2),
-    MAGNETOMETER: ("µT", 1.0, 0.5),
+_SIZES = {
+    ACCELEROMETER: Size("mg", MILLI_G, 3.0),
+    GYROSCOPE: Size("°/s", DEGREE, 0.2),
+    MAGNETOMETER: Size("µT", 1.0, 0.5),
 }
-"""Shown unit, SI per unit, and what a coefficient may do to the reading of a consumer part, rms
-over an ordinary session: the prior's width where no data sheet speaks."""
+"""Unit of an axis' error, and what a coefficient may do to the reading of a consumer part, rms over
+an ordinary session: the prior's width where no data sheet speaks."""
 MAX_COEFFICIENTS = 12
 _MIN_COLUMN_SIZE = 1e-12
+
+
+def size_of(sensor: str, unit: FieldUnit) -> Size:
+    """The unit of an axis' error, and its usual size."""
+    return _SIZES[sensor].of_field(unit)
+
+
+def variables_in(unit: FieldUnit) -> dict[str, str]:
+    """What a formula may depend on, for the bench to show, with a field in this unit."""
+    return {name: text.replace("µT", unit_sign(unit.name)) for name, text in VARIABLES.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,30 +175,45 @@ class Rule:
 class FormulaEffect(Effect):
     """``ε_i = Σ_j k_j · φ_ij(circumstances)`` with ``φ`` as typed."""
 
-    def __init__(self, text: str, sensor: str, name: str = "formula") -> None:
+    def __init__(
+        self, text: str, sensor: str, name: str = "formula", unit: FieldUnit | None = None
+    ) -> None:
         """Read and try a formula.
 
         Args:
             text: as described at the head of this module.
             sensor: ``accelerometer``, ``gyroscope`` or ``magnetometer``.
             name: under which the bench lists it.
+            unit: of a magnetic field; None for µT.
 
         Raises:
             UsageError: it cannot be read, is not allowed, not linear, or has no value somewhere.
         """
         self.name = name
         self.sensors = (sensor,)
+        self.field_unit = FieldUnit() if unit is None else unit
         self.title = "your own formula"
         self.equation = text.strip()
         self._rules = _rules(text)
         used = {name for rule in self._rules for name in rule.expression.names}
         self.kind = kind_of(used)
         self.against = against_of(used)
-        self.stories = {sensor: _story(self.equation, used)}
+        self.stories = {sensor: _story(self.equation, used, self.field_unit)}
         self._used = used
         self._names = tuple(dict.fromkeys(n for r in self._rules for n in r.coefficients.values()))
         self._check(sensor)
         self._parameters = self._scaled(sensor)
+
+    def suited(self, c: Circumstances) -> "FormulaEffect":
+        """The same in the unit of the field."""
+        if c.field_unit == self.field_unit:
+            return self
+        return FormulaEffect(self.equation, self.sensors[0], self.name, c.field_unit)
+
+    def _session(self, sensor: str) -> Circumstances:
+        """An ordinary session in the unit of the field."""
+        c = session_of(sensor)
+        return replace(c, magnetic=self.field_unit.size * c.magnetic, field_unit=self.field_unit)
 
     def parameters(self, sensor: str) -> tuple[EffectParameter, ...]:
         """The coefficients, in the order in which they are typed."""
@@ -195,7 +224,7 @@ class FormulaEffect(Effect):
         """As typed; shape (n, 3, p); not finite where the formula has no value."""
         del variant
         variables = variables_of(c)
-        si = UNITS[sensor][1]
+        si = _SIZES[sensor].si
         units = np.eye(len(self._names))
         return si * np.stack([self._error(c, variables, unit) for unit in units], axis=2)
 
@@ -215,7 +244,7 @@ class FormulaEffect(Effect):
 
     def _check(self, sensor: str) -> None:
         """Linear in the coefficients: nothing at 0, and any mixture is the sum of its parts."""
-        c = session_of(sensor)
+        c = self._session(sensor)
         variables, p = variables_of(c), len(self._names)
         mixture = np.asarray(1.0 + 0.37 * np.arange(p), np.float64)
         coefficients = [mixture, np.zeros(p), -2.0 * mixture, *np.diag(mixture)]
@@ -235,8 +264,8 @@ class FormulaEffect(Effect):
 
     def _scaled(self, sensor: str) -> tuple[EffectParameter, ...]:
         """Coefficients with a prior wide enough for a consumer part."""
-        unit, si, worth = UNITS[sensor]
-        columns = self.columns(sensor, session_of(sensor)) / si
+        own = size_of(sensor, self.field_unit)
+        columns = self.columns(sensor, self._session(sensor)) / own.si
         largest = np.abs(columns).max(axis=(0, 1))
         for name, size in zip(self._names, largest, strict=True):
             if not _MIN_COLUMN_SIZE < size < 1.0 / _MIN_COLUMN_SIZE:
@@ -246,13 +275,13 @@ class FormulaEffect(Effect):
                 )
         sizes = np.sqrt((columns**2).sum(axis=1).mean(axis=0))
         return tuple(
-            EffectParameter(name, unit, float(worth / size))
+            EffectParameter(name, own.unit, float(own.typical / size))
             for name, size in zip(self._names, sizes, strict=True)
         )
 
 
-def _story(text: str, used: set[str]) -> Story:
-    depends = [f"{name} ({text})" for name, text in VARIABLES.items() if name in used]
+def _story(text: str, used: set[str], unit: FieldUnit) -> Story:
+    depends = [f"{name} ({words})" for name, words in variables_in(unit).items() if name in used]
     return Story(
         what="This is a formula of your own; the program knows no physical cause for it.",
         equation=text,

@@ -119,8 +119,9 @@ def vibrations(c: Circumstances) -> str | None:
     return None
 
 
-def rows(c: Circumstances, least: int) -> str | None:
-    """Whether there are enough holds."""
-    if len(c) < least:
-        return f"only {len(c)} holds; at least {least} are needed"
-    return None
+def holds(sensor: str, c: Circumstances, least: int) -> str | None:
+    """Whether there are enough holds; those of a gyroscope come with samples in motion."""
+    count, still = len(c), int((~c.rate.any(axis=1)).sum())
+    if sensor in FELT_IN_MOTION and still:  # a rate table may never rest
+        count = still
+    return f"only {count} holds; at least {least} are needed" if count < least else None

@@ -20,7 +20,6 @@ from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import seen_from, sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
-from imucal_wizard.diagnose.next_poses import disturbed_row
 from imucal_wizard.diagnose.views import noise_word
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.rows.table import ResidualTable
@@ -192,7 +191,7 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     """
     words, table = [] if entry.effect is None else [entry.effect.title], fit.rows
     if entry.suspect is not None and entry.suspect.hold is not None and table is not None:
-        row = disturbed_row(table, entry.suspect.hold)
+        row = table.first_row(entry.suspect.hold)
         words.append(f"{table.place(row)}: only this one would be wrong; measure it again to check")
     elif entry.suspect is None and entry.effect is None:
         words.append("a term of the base model that every sensor needs")
@@ -233,8 +232,11 @@ def _not_falling(entry: Entry, fit: SensorFit) -> str:
 def suspect_name(entry: Entry) -> str:
     """The suspect's name; a disturbed hold with its number."""
     if entry.term == DISTURBED and entry.suspect is not None:
-        hold = entry.suspect.hold
-        return "a disturbed hold" if hold is None else f"disturbed (#{hold + 1})"
+        hold, table = entry.suspect.hold, entry.suspect.misfit.table
+        if hold is None:
+            return "a disturbed hold"
+        source, row = table.source_of(table.first_row(hold))
+        return f"disturbed (#{source.item(row) + 1})"
     return entry.term
 
 
@@ -305,14 +307,14 @@ def ladder_rows(
         lead = "▸ " if one is last else "  "
         rows.append(row(lead, _step_name(ladder, place), one.rms_fitted, one.rms_held_out))
         if one.confirmed is False:
-            rows.append(f"    ▲ {refuted_by(ladder[place - 1], one)}")
+            rows.append(f"    ▲ {_refuted_by(ladder[place - 1], one)}")
     if height is not None:
         rows = rows[-max(1, height - 2) :]
     head = f"  {'error, ' + shown:<{_NAME}}{'fitted':>8} {'':<{room}}{'held out':>8}"
     return [head[:width], *rows, row("  ", "noise alone", *noise)]
 
 
-def refuted_by(below: Rung, above: Rung) -> str:
+def _refuted_by(below: Rung, above: Rung) -> str:
     """What is said of a model that data held out do not confirm."""
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         return "the early part of the session does not predict the late part better"

@@ -65,7 +65,7 @@ def summary(
         lines += ["", *second_stage_lines(report.second_stage)]
     if report.comparison:
         lines += ["", *_comparison(report)]
-    if notes := report.notes_beside(known):
+    if notes := report.notes_beside({name: one.says for name, one in known.items()}):
         lines += ["", *(_wrapped(f"! {note}") for note in notes)]
     says = [_wrapped(f"{one.sensor}: {one.says}") for one in known.values()]
     return "\n".join([*lines, "", *says]).rstrip()

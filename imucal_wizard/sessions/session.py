@@ -170,8 +170,9 @@ class FindingTables:
 
     def write(self, connection: sqlite3.Connection, collected: Collected) -> None:
         """Write the rows that differ from last time; delete those that were withdrawn."""
-        holds = (*collected.holds, *collected.validation)
-        self._equal(connection, "hold", [_hold_row(hold) for hold in holds])
+        holds = [_hold_row(hold) for hold in collected.holds]
+        holds += [_hold_row(hold, validation=True) for hold in collected.validation]
+        self._equal(connection, "hold", holds)
         self._equal(connection, "rotation", [_rotation_row(one) for one in collected.rotations])
 
     def _equal(self, connection: sqlite3.Connection, table: str, rows: list[_Row]) -> None:
@@ -191,7 +192,7 @@ class FindingTables:
         self._written[table] = rows
 
 
-def _hold_row(hold: Hold) -> _Row:
+def _hold_row(hold: Hold, *, validation: bool = False) -> _Row:
     gyroscope = hold.gyroscope
     value = {
         "mean_accelerometer": hold.accelerometer.tolist(),
@@ -200,6 +201,7 @@ def _hold_row(hold: Hold) -> _Row:
         "samples": hold.samples,
         "temperature": hold.temperature,
         "hand_held": hold.hand_held,
+        "validation": validation,
     }
     return hold.start, hold.end, hold.pose, json.dumps(value)
 

@@ -26,7 +26,7 @@ class SessionInfo:
         source: description of the source.
         step: name of the step reached, or "".
         seconds: duration of the recording, s.
-        holds: number of holds.
+        holds: number of holds, without those of the validation where the file tells them apart.
         problem: the reason why it cannot be resumed, or "".
         busy: another program writes it, which is the reason.
         description: device, place and operator, as far as known.
@@ -133,7 +133,11 @@ def _read(path: Path, connection: sqlite3.Connection) -> SessionInfo:
         for way in ("ASC", "DESC")
     ]
     first, last = (None if one is None else float(one[0]) for one in ends)
-    holds = connection.execute("SELECT count(*) FROM hold").fetchone()[0]
+    # as the result counts them: those of the validation are not fitted
+    holds = connection.execute(
+        "SELECT count(*) FROM hold WHERE NOT json_valid(value) "
+        "OR NOT coalesce(json_extract(value, '$.validation'), 0)"
+    ).fetchone()[0]
     created = float(about.get("created", 0.0))
     dt.datetime.fromtimestamp(created, dt.UTC)  # an impossible time is damage
     return SessionInfo(

@@ -6,7 +6,7 @@ from enum import StrEnum
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.bench import NOTHING_MISSING, Entry, entries_of
+from imucal_wizard.diagnose.bench import MIN_FALL_TEXT, NOTHING_MISSING, Entry, entries_of, falls
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.report.bench_text import suspect_name, suspect_size
 from imucal_wizard.teach.guess import split_guess
@@ -129,6 +129,7 @@ def judge_prediction(
             )
     now, then, unit = findings.fit.rms_held_out, guessed.rms_held_out, bench.fit.unit
     if prediction.held_out and now is not None and then is not None:
-        found = f"with it: {quantity(now, unit)} → {quantity(then, unit)}"
-        judge(f"it {prediction.held_out}", f"it {FALLS if then < now else STAYS}", found)
+        found, fall = f"with it: {quantity(now, unit)} → {quantity(then, unit)}", falls(now, then)
+        found += "" if fall or then >= now else f", no more than {MIN_FALL_TEXT}"
+        judge(f"it {prediction.held_out}", f"it {FALLS if fall else STAYS}", found)
     return tuple(judged)

@@ -21,6 +21,7 @@ from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.estimate import rate_table
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect
@@ -102,6 +103,21 @@ def test_together_with_gravity_the_matrix_is_in_the_accelerometers_frame(tmp_pat
     assert (better < 0.5 * before).all()
 
 
+def test_where_rotations_and_table_have_no_common_fit_the_table_is_used_and_it_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(*_: object) -> None:
+        raise DataError("no minimum was found")
+
+    monkeypatch.setattr(rate_table, "with_rate_table", refused)
+    table, _ = table_recording(BNO055, 3, FAST, 4.0, white=True)
+    readings = joined(record(BNO055, 3, turns=3), table)
+    report = fit_readings(readings, FitOptions(rates=tuple(DEGREE * r for r in FAST)))
+    assert report.sensors["gyroscope"].method == "rate table"
+    assert "accelerometer" in report.sensors
+    assert any("which is used alone: no minimum was found" in note for note in report.warnings)
+
+
 @pytest.mark.parametrize(("about", "method"), [("x", "rate table"), ("z", "vector + table")])
 def test_nothing_is_said_of_the_fit_that_the_table_replaces(about: str, method: str) -> None:
     """Rotations about one axis leave gains nominal; with the table all are fitted."""
@@ -162,6 +178,28 @@ def test_few_mountings_leave_the_angles_nominal_and_say_so() -> None:
         fit_table(Readings(NONE, series), (33.3, 45.0))
     with pytest.raises(DataError, match="hardly any rotation between them"):
         fit_readings(Readings(NONE, series), FitOptions(turns=(np.pi / 2,)))
+
+
+@pytest.mark.parametrize(("density", "told"), [(0.01, True), (20.0, False)])
+def test_the_earths_rate_in_the_biases_of_a_table_is_told_where_they_are_known_better(
+    density: float, told: bool
+) -> None:
+    """A table with a vertical axis at 50° north: its rests read the part about the vertical."""
+    own = BNO055.gyroscope
+    triad = Triad(own.sensitivity, own.bias, own.unit, density * own.density)
+    readings, _ = table_recording(replace(BNO055, gyroscope=triad), 5, FAST, 4.0, white=True)
+    assert readings.gyroscope is not None
+    force = readings.accelerometer.values
+    up = force / np.linalg.norm(force, axis=1)[:, None]
+    felt = 7.2921e-5 * np.sin(50.0 * DEGREE) * up @ own.sensitivity.T
+    series = replace(readings.gyroscope, values=readings.gyroscope.values + felt)
+    fit = fit_table(Readings(NONE, series), FAST)
+    assert any("Earth's rate" in note for note in fit.warnings) == told
+    if told:
+        assert fit.covariance is not None
+        off = np.abs(fit.bias - own.bias)
+        assert (off > 3.0 * np.sqrt(np.diag(fit.covariance)[9:])).all()
+        assert off.max() < 7.2921e-5
 
 
 def test_files_that_hold_the_same_sensor_follow_one_another(

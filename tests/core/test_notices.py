@@ -10,6 +10,7 @@ from imucal_wizard.core.notices import (
     NoticeKind,
     begun,
     not_calibrated,
+    not_in_verdicts,
     of_kind,
     reworded,
     same_matter,
@@ -41,6 +42,15 @@ def test_two_statements_are_of_one_matter_by_kind_and_sensor() -> None:
     assert not same_matter(DEAD, Notice(DEAD, NoticeKind.DEAD, "accelerometer"))
     assert not same_matter(str(DEAD), str(DEAD))
     assert type(reworded("no kind", "either")) is str
+
+
+def test_what_a_verdict_beside_it_says_is_not_warned_of() -> None:
+    refused = not_calibrated("gyroscope", "no rotations")
+    spoken = f"{refused} {DEAD[0].upper()}{DEAD[1:]}."
+    warnings = [refused, DEAD, "one sample is missing"]
+    assert not_in_verdicts(warnings, {"gyroscope": spoken}) == ["one sample is missing"]
+    assert not_in_verdicts(warnings, {"gyroscope": "complete"}) == [DEAD, "one sample is missing"]
+    assert not_in_verdicts(warnings, {"accelerometer": spoken}) == warnings
 
 
 def test_a_checkpoint_keeps_the_kind() -> None:

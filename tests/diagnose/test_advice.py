@@ -21,6 +21,7 @@ from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
 from tests.diagnose.recordings import MG, fitted
 
 K2 = Explained(effect("second-order"), None, np.array([2.0, 0.0, 0.0]))
@@ -71,6 +72,30 @@ def test_exact_aliases_are_told_apart_by_no_pose(bench: Bench) -> None:
     c = bench.measured.circumstances
     found = separating_poses(K2, ALIAS, c, np.full(len(c), 0.1 * MG))
     assert found == ((), np.inf, np.inf)
+
+
+def test_what_poses_bring_counts_with_the_effects_that_the_model_has(bench: Bench) -> None:
+    """An effect that is fitted too takes up a part of what separates two others.
+
+    The size needed is that of a standard deviation by weighted least squares with its prior.
+    """
+    c, other = bench.measured.circumstances, effect("cross-product")
+    noise = np.full(len(c), 0.1 * MG)
+    _, alone, _ = separating_poses(K2, ASYMMETRY, c, noise)
+    _, needed, after = separating_poses(K2, ASYMMETRY, c, noise, others=(Term(other),))
+    assert needed > 1.5 * alone
+    assert after < needed
+    up = c.force / np.linalg.norm(c.force, axis=1)[:, None]
+    along = [np.einsum("ni,nip->np", up, one.columns("accelerometer", c)) for one in
+             (K2.effect, ASYMMETRY.effect, other)]  # fmt: skip
+    x, y, z = up.T
+    base = [up, up**2, np.column_stack([x * y, x * z, y * z])]
+    columns = np.concatenate([along[0][:, :1], *base, *along[1:]], axis=1) / noise[:, None]
+    normal = columns.T @ columns
+    own = np.arange(len(normal) - along[2].shape[1], len(normal))
+    normal[own, own] += other.typical("accelerometer") ** -2
+    sigma = np.sqrt(np.linalg.pinv(normal, rcond=1e-13, hermitian=True)[0, 0])
+    assert needed == pytest.approx((2.33 + 1.645) * sigma / K2.size[0], rel=1e-3)
 
 
 def test_where_two_cannot_be_told_apart_the_next_pair_is_tried(

@@ -9,11 +9,23 @@ import pytest
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, entries_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
+from imucal_wizard.diagnose.next_poses import disturbed_parts
 from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
+from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
 from imucal_wizard.report.bench_text import suspect_details
-from tests.estimate.extended.turns import DEGREE, Noise, course, measured, twenty_turns
+from tests.estimate.extended.turns import (
+    DEGREE,
+    G,
+    Noise,
+    course,
+    measured,
+    recorded,
+    twenty_turns,
+)
 
 G_SENSITIVITY = Term(effect("g-sensitivity"))
 OF_X_BY_Y = 0.012 * np.eye(9)[1]
@@ -70,20 +82,45 @@ def test_a_suspect_tells_which_error_would_not_fall(named: tuple[Bench, BenchFin
     assert re.search(words, suspect_details(entry, named[1].fit, 80))
 
 
-def test_of_a_hold_and_a_rotation_with_one_number_the_one_that_is_off_is_accused(
+def test_a_suspect_that_is_disturbed_is_the_hold_or_the_rotation_of_its_number(
     named: tuple[Bench, BenchFindings],
 ) -> None:
-    fit, number = named[1].fit, 7
-    table = fit.rows
+    table = named[1].fit.rows
     assert table is not None
     entry = next(one for one in entries_of(*named) if one.term == DISTURBED)
     assert entry.suspect is not None
-    accused = replace(entry, suspect=replace(entry.suspect, hold=number))
     for moving, words in ((True, "rotation 8"), (False, "hold 8")):
-        own = (table.index == number) & (table.moving == moving)
-        assert own.any()
-        off = replace(table, residual=np.where(own, 100.0 * table.floor, 0.0))
-        assert suspect_details(accused, replace(fit, rows=off), 80).startswith(words)
+        item = table.item[(table.index == 7) & (table.moving == moving)][0]
+        accused = replace(entry, suspect=replace(entry.suspect, hold=int(item)))
+        assert suspect_details(accused, named[1].fit, 80).startswith(words)
+
+
+@pytest.mark.parametrize(
+    ("off", "accused"),
+    [
+        (("hold",), ((7,), (), ())),
+        (("rotation",), ((), (7,), ())),
+        # while both are off, neither alone is what disagrees with all the rest
+        (("hold", "rotation"), ((), (), ())),
+    ],
+)
+def test_a_hold_is_not_accused_in_place_of_the_rotation_of_its_number(
+    off: tuple[str, ...], accused: tuple[tuple[int, ...], tuple[int, ...], tuple[()]]
+) -> None:
+    """The eighth hold, which no rotation begins or ends with, and the eighth rotation."""
+    noise, rng = Noise(sample=0.05 * DEGREE, force=0.001), np.random.default_rng(6)
+    holds, rotations = recorded(course(twenty_turns()), (), None, noise, rng, None)
+    if "hold" in off:
+        assert holds[7].gyroscope is not None
+        holds[7] = replace(holds[7], gyroscope=holds[7].gyroscope + 0.1 * DEGREE)
+    if "rotation" in off:
+        rotations[7] = replace(rotations[7], rate=rotations[7].rate + DEGREE)
+    accelerometer = fit_accelerometer(holds, G, "m/s^2")
+    data = gyroscope_minimum(holds, rotations, accelerometer, "rad/s").experiment
+    bench = Bench("gyroscope", data)
+    found = bench.look()
+    assert (found.opinion.verdict is Verdict.DISTURBED) == (len(off) == 1)
+    assert disturbed_parts(bench.rows, found) == accused
 
 
 def test_no_earlier_data_need_foresee_a_step() -> None:

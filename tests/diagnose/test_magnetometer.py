@@ -21,6 +21,7 @@ from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.diagnose.recordings import tumbled
 
@@ -142,7 +143,7 @@ def test_a_pose_whose_dip_is_off_is_not_left_out_with_the_span_of_another_readin
     benches = tumbled()
     bench = benches.bench("magnetometer")
     assert bench is not None
-    found, dips = bench.look(), bench.rows.index[bench.rows.kind == "dip"]
+    found, dips = bench.look(), bench.rows.item[bench.rows.kind == "dip"]
     assert len(dips)
     for number in dips.tolist():
         accused = replace(found.opinion, verdict=Verdict.DISTURBED, holds=(number,))
@@ -248,6 +249,15 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     )
     made = Benches(fit_readings(counts), counts)
     bench = field_bench(made, anew=False)
+    bench.offer(FormulaEffect("k*I", "magnetometer"))
+    built, typed = (
+        next(one.trial for one in bench.look().suspects if one.term == name)
+        for name in ("current", "formula")
+    )
+    assert built is not None
+    assert typed is not None
+    assert typed.candidates[0].unit == "count"
+    assert typed.size == pytest.approx(built.size, rel=0.01)
     bench.add("current")
     said = diagnosis_of(made, bench)
     assert "which of them are usual rests on a field of 50 µT" in said.says

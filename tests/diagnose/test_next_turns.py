@@ -8,13 +8,14 @@ import pytest
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.next_poses import brings, next_requests
+from imucal_wizard.diagnose.next_poses import brings, next_requests, to_measure
 from imucal_wizard.diagnose.optimal_design import (
     Explained,
     apart_length,
     rotation_patterns,
     size_needed,
 )
+from imucal_wizard.diagnose.survey import diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.recording import fit_readings
@@ -68,6 +69,19 @@ def test_what_is_predicted_is_what_more_turns_by_hand_bring() -> None:
 
 def test_an_effect_is_told_from_itself_by_no_turn(bench: Bench) -> None:
     assert apart(bench, K2, K2, "x") == (np.inf, np.inf)
+
+
+def test_turns_separate_the_effect_that_was_added_from_the_one_like_it() -> None:
+    report, readings = fitted("gyroscope/second-order:20:x", seed=4, rotations=2)
+    benches = Benches(report, readings)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    bench.add("second-order")
+    requests, gain = to_measure(diagnosis_of(benches, bench))
+    assert gain is not None
+    assert (gain.first, gain.second) == ("second-order", "asymmetry")
+    assert gain.after < gain.before < np.inf
+    assert "separates second-order from asymmetry" in requests[0].why
 
 
 def test_turns_come_with_their_gain_and_as_the_procedure_takes_them(

@@ -1,10 +1,14 @@
 """Lack of fit and repeatability: what visits to one pose say of the noise."""
 
 import numpy as np
+import pytest
 from scipy.stats import kstest
 
+from benchmarks.hold_sessions import DESIGNS, Noise, session
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM
 from imucal_wizard.estimate.lack_of_fit import Visits, lack_of_fit
-from imucal_wizard.estimate.repeatability import pure_error
+from imucal_wizard.estimate.noise import hold_noise
+from imucal_wizard.estimate.repeatability import WITHIN_FREEDOM, pure_error
 
 
 def test_visits_of_unequal_noise_share_what_the_model_lacks() -> None:
@@ -28,7 +32,9 @@ def test_visits_of_unequal_noise_share_what_the_model_lacks() -> None:
 def test_a_pose_that_repeats_is_not_blamed_for_what_the_model_lacks() -> None:
     """The misfit is one of direction; only every fiftieth session has visits that differ so."""
     rng, sigma = np.random.default_rng(4), np.tile([0.5, 2.0], 10)
-    visits = Visits(np.ones(20, bool), np.repeat(np.arange(10), 2), np.arange(20), np.ones(20))
+    visits = Visits(
+        np.ones(20, bool), np.repeat(np.arange(10), 2), np.arange(20), np.ones(20), EXACT_FREEDOM
+    )
     blamed = 0
     for _ in range(200):
         residual = np.repeat(40.0 * rng.normal(size=10), 2) + sigma * rng.normal(size=20)
@@ -44,7 +50,7 @@ def test_what_a_place_does_to_the_magnitude_it_does_to_the_dip() -> None:
     repeated = np.arange(2 * count) < count
     share = np.where(repeated, 1.0, 0.5)
     group = np.where(repeated, np.arange(2 * count) // 2, np.arange(2 * count))
-    visits = Visits(repeated, group, np.arange(2 * count), share)
+    visits = Visits(repeated, group, np.arange(2 * count), share, EXACT_FREEDOM)
     noise = np.full(2 * count, 0.05)
     refused = 0
     for _ in range(200):
@@ -62,7 +68,7 @@ def test_few_repeats_do_not_excuse_rows_in_motion() -> None:
     rng, rest = np.random.default_rng(7), np.arange(100) < 60
     group = np.where(np.arange(100) < 6, np.arange(100) // 2, np.arange(100))
     share = np.where(rest, 1.0, 3.0)
-    visits = Visits(rest, group, np.arange(100), share)
+    visits = Visits(rest, group, np.arange(100), share, EXACT_FREEDOM)
     noise, differing = np.where(rest, 1.0, 5.0), 0
     for _ in range(100):
         residual = noise * rng.normal(size=100)
@@ -71,3 +77,22 @@ def test_few_repeats_do_not_excuse_rows_in_motion() -> None:
         differing += (found.share or 0.0) > 1.0
         assert not found.within_noise
     assert differing > 20
+
+
+@pytest.mark.study
+@pytest.mark.parametrize("poses", [18, 38, 54])
+def test_the_noise_within_holds_has_at_least_the_freedom_that_is_said(poses: int) -> None:
+    """By the scatter of what is found of white noise, from one session to another."""
+    rng, design, count = np.random.default_rng(poses), np.tile(DESIGNS["18"], (3, 1)), 800
+    design = DESIGNS["26 + 12"] if poses == 38 else design[:poses]
+    found = []
+    for _ in range(count):
+        made = session(design, Noise(), rng)
+        along = (made.up @ np.linalg.inv(made.sensitivity)) ** 2
+        true = (along * made.variance).sum(axis=1)
+        found.append(float(np.mean(hold_noise(made.holds).accelerometer / true)))
+    freedom = 2.0 * np.mean(found) ** 2 / np.var(found, ddof=1) / poses
+    print(f"{poses} holds: {freedom:.1f} ± {freedom * np.sqrt(2.0 / count):.1f} per hold")
+    assert np.mean(found) == pytest.approx(1.0, abs=0.03)
+    assert freedom > WITHIN_FREEDOM * (1.0 - 2.5 * np.sqrt(2.0 / count))
+    assert freedom < 12.0

@@ -17,6 +17,7 @@ from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperimen
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.magnetometer.pieces import FIELD_PIECE_SECONDS
 from imucal_wizard.estimate.methods import MethodNames
+from imucal_wizard.estimate.parameters import covariance_of
 from tests.estimate.field_truth import (
     CORRECTION,
     MAGNITUDE,
@@ -152,6 +153,26 @@ def test_a_given_field_fixes_the_scale() -> None:
     corrected = (series.values - found.fit.bias) @ found.fit.matrix.T
     assert np.linalg.norm(corrected, axis=1).mean() == pytest.approx(43.8, rel=1e-3)
     assert "field" not in {p.name for p in found.fit.parameters}
+
+
+@pytest.mark.parametrize("field", [None, MAGNITUDE])
+def test_a_method_has_the_floor_of_its_rows_and_the_correlations_of_its_parameters(
+    field: float | None,
+) -> None:
+    """Six circles: noise makes what the fit says it makes, and moves the parameters alike."""
+    rng = np.random.default_rng(2)
+    series = recorded(six_circles(rng, 3.0), rng).series
+    own, printed = (
+        fit_magnetometer(series, field, method).fit for method in ("orthogonal", "numeric")
+    )
+    assert own.floor is not None
+    assert printed.floor == pytest.approx(own.floor, rel=0.02)
+    assert printed.floor_fitted == pytest.approx(own.floor_fitted, rel=0.02)
+    joint = covariance_of(printed)
+    assert joint is not None
+    errors = [one.standard_error or 0.0 for one in printed.parameters]
+    np.testing.assert_allclose(np.sqrt(np.diag(joint)), errors, rtol=1e-9)
+    assert (joint != np.diag(np.diag(joint))).any()
 
 
 def test_without_a_field_the_determinant_is_one_and_the_matrix_symmetric() -> None:

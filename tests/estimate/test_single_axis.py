@@ -1,5 +1,7 @@
 """Q's static and dynamic approach, and the angle they take from the accelerometer."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,6 +11,7 @@ from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.estimate.methods.single_axis import (
     AxisTurn,
+    ScaleAndBias,
     dynamic_approach,
     plane_angle,
     static_approach,
@@ -124,6 +127,33 @@ def test_standard_errors_hold_the_truth_as_often_as_they_say() -> None:
         inside[0] += abs(found.scale - 0.98) < 2.12 * (found.scale_error or 0.0)
         inside[1] += abs(found.bias - 0.05) < 2.12 * (found.bias_error or 0.0)
     assert (np.abs(inside / 300 - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / 300)).all()
+
+
+@pytest.mark.parametrize("approach", [static_approach, dynamic_approach])
+def test_scale_and_bias_err_together_as_said(
+    approach: Callable[[list[AxisTurn]], ScaleAndBias | None],
+) -> None:
+    """Turns in one sense, which move the scale with the bias, over 500 repetitions."""
+    rng, found, said = np.random.default_rng(4), [], []
+    for _ in range(500):
+        turns = []
+        for t in _turns(0.98, 0.05, 0.0)[10:]:
+            # the readings at rest before and after a turn show another bias than the last ones
+            bias = 0.05 + 0.01 * rng.standard_normal()
+            angle = t.angle + 0.01 * rng.standard_normal()
+            turns.append(AxisTurn(float(angle), t.integral, t.duration, bias))
+        one = approach(turns)
+        assert one is not None
+        found.append([one.scale, one.bias])
+        said.append(
+            [
+                [(one.scale_error or 0.0) ** 2, one.shared],
+                [one.shared, (one.bias_error or 0.0) ** 2],
+            ]
+        )
+    true, mean = np.cov(np.transpose(found)), np.mean(said, axis=0)
+    assert abs(true[0, 1]) > 0.5 * np.sqrt(true[0, 0] * true[1, 1])
+    assert mean[0, 1] == pytest.approx(true[0, 1], rel=0.15)
 
 
 def test_too_few_data_give_no_result() -> None:

@@ -14,6 +14,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate import slow_noise
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.parameters import (
+    covariance_of,
     full_parameters,
     triangular_parameters,
     with_errors,
@@ -201,6 +202,21 @@ def test_the_six_position_method_has_its_own_standard_errors() -> None:
                 inside[parameter.name] += off < quantile(0.95, fit.degrees_of_freedom)
     assert len(inside) == 6
     _check(inside, repetitions)
+
+
+def test_the_parameters_of_a_method_are_correlated_as_those_of_the_fit() -> None:
+    """On 18 poses with faces twice on one side only, where biases and scales err together."""
+    up = np.concatenate([EIGHTEEN, np.repeat(SIX[::2], 4, axis=0)])
+    by_fit, by_newton = (
+        covariance_of(_one(np.random.default_rng(8), up, method)[1])
+        for method in ("least_squares", "newton")
+    )
+    assert by_fit is not None
+    assert by_newton is not None
+    one, other = (np.diag(np.diag(c) ** -0.5) @ c @ np.diag(np.diag(c) ** -0.5)
+                  for c in (by_fit, by_newton))  # fmt: skip
+    assert np.abs(one - np.eye(len(one))).max() > 0.3
+    np.testing.assert_allclose(other, one, atol=0.1)
 
 
 def test_the_six_position_covariance_is_that_of_its_formulae() -> None:

@@ -78,3 +78,12 @@ def test_a_step_needs_three_holds_on_either_side() -> None:
     reason = effect("bias-step").lacking("accelerometer", at_rest(full_sphere(5)))
     assert reason is not None
     assert "only 5 holds" in reason
+
+
+@pytest.mark.parametrize("name", ["bias-step", "scale-step"])
+def test_samples_in_motion_are_no_holds_of_a_gyroscope(name: str) -> None:
+    """Five rests and the samples of the rotations between them."""
+    session = session_rotations()
+    still = np.flatnonzero(~session.rate.any(axis=1))
+    few = np.append(np.flatnonzero(session.rate.any(axis=1)), still[:: len(still) // 4])
+    assert "only 5 holds" in (effect(name).lacking("gyroscope", session.select(few)) or "")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.model.catalogue import effect, effects_for
-from imucal_wizard.model.effect import MAGNETOMETER
+from imucal_wizard.model.effect import MAGNETOMETER, FieldUnit
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.model.lesson import (
     DIP,
@@ -115,3 +115,22 @@ def test_a_formula_may_depend_on_field_and_current() -> None:
     assert not columns[:, 1:].any()
     unknown = replace(c, current=np.full(len(c), np.nan))
     assert "no current" in (typed.lacking(MAGNETOMETER, unknown) or "")
+
+
+def test_a_formula_on_counts_is_in_counts() -> None:
+    """As strong a prior as in µT: half a µT, of which each is 20 counts here."""
+    c = session_poses()
+    counts = replace(c, magnetic=20.0 * c.magnetic, field_unit=FieldUnit("count", 20.0))
+    for text in ("k*m", "k*I", "k*m**2/1000"):
+        typed = FormulaEffect(text, MAGNETOMETER)
+        counted = typed.suited(counts)
+        worth = [
+            found.parameters(MAGNETOMETER)[0].typical
+            * np.sqrt((found.columns(MAGNETOMETER, where)[:, :, 0] ** 2).sum(axis=1).mean())
+            for found, where in ((typed, c), (counted, counts))
+        ]
+        assert worth == pytest.approx([0.5, 10.0])
+        assert counted.parameters(MAGNETOMETER)[0].unit == "count"
+        assert counted.suited(counts) is counted
+    assert "count" in counted.stories[MAGNETOMETER].signature
+    assert "µT" not in counted.stories[MAGNETOMETER].signature

@@ -59,10 +59,12 @@ def test_the_added_variable_slope_is_the_least_squares_size(snapshot: BenchSnaps
 
 def test_an_error_that_stays_as_it_is_does_not_fall(snapshot: BenchSnapshot) -> None:
     now = snapshot.fit.rms_held_out
-    same = [replace(one, rms_held_out=now) for one in snapshot.entries]
+    assert now is not None
     for answer, agreement in ((STAYS, Agreement.RIGHT), (FALLS, Agreement.WRONG)):
         guess = Prediction("hysteresis", held_out=answer)
-        assert judge_prediction(snapshot.diagnosis, guess, same)[-1].agreement is agreement
+        for share in (1.0, 0.98):  # less than what confirms an effect
+            same = [replace(one, rms_held_out=share * now) for one in snapshot.entries]
+            assert judge_prediction(snapshot.diagnosis, guess, same)[-1].agreement is agreement
 
 
 def test_a_size_that_is_cut_short_keeps_its_unit(snapshot: BenchSnapshot) -> None:

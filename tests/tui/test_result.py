@@ -124,6 +124,19 @@ async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
         await shows(pilot, "▸VALIDATE")
 
 
+async def test_a_device_that_is_unplugged_at_the_result_is_told_and_waited_for() -> None:
+    source = fakes.FakeSource(RESULT)
+    app = WizardApp(all_good(source), AppSettings(countdown=0.1), VIRTUAL)
+    source.stream = replace(source.stream, connected=False)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "▲ not connected: validation needs the device   s: save without")
+        await pilot.pause(1.0)
+        assert source.commands == []
+        source.stream = replace(source.stream, connected=True)
+        source.say(source.status)
+        await until(pilot, lambda: ("validate", "") in source.commands)
+
+
 async def test_any_key_stops_the_countdown() -> None:
     source = fakes.FakeSource(RESULT)
     async with WizardApp(all_good(source), None, VIRTUAL).run_test(size=USUAL) as pilot:

@@ -19,6 +19,7 @@ from imucal_wizard.estimate.ellipsoid.surface import (
 )
 from imucal_wizard.estimate.fit import Minimum, fit, minimum, report
 from imucal_wizard.estimate.gauge import symmetric
+from imucal_wizard.estimate.held_out import HeldOut, held_out
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment, StillPoses
 from imucal_wizard.estimate.magnetometer.field_data import (
     FieldData,
@@ -28,7 +29,7 @@ from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut, line
 from imucal_wizard.estimate.magnetometer.start import NO_ELLIPSOID, FieldStart, field_start
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
-from imucal_wizard.estimate.parameters import with_errors
+from imucal_wizard.estimate.parameters import converted_covariance, with_errors
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.measurement.field_quality import check_field, missing_shell
@@ -161,7 +162,7 @@ def fit_magnetometer(
                 if not data.known:
                     found = replace(found, covariance=_covariance_at_unit_determinant(found))
             else:
-                found = published.run(FieldMagnitudes(start, arrived.experiment))
+                found = published.run(FieldMagnitudes(start, arrived.experiment, held_out(arrived)))
     except np.linalg.LinAlgError:
         raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
     if not np.isfinite([*found.matrix.flat, *found.bias, *found.residuals]).all():
@@ -210,10 +211,13 @@ class FieldMagnitudes:
     Attributes:
         field_start: the samples, and what is known of them.
         experiment: the rows.
+        left_out: what noise makes of these rows with each direction left out; None where the others
+            do not determine the model.
     """
 
     field_start: FieldStart
     experiment: MagnetometerExperiment
+    left_out: HeldOut | None
 
     @property
     def points(self) -> FloatArray:
@@ -265,6 +269,10 @@ class FieldMagnitudes:
         deviations, count = np.array(moved), len(moved)
         covariance = (count - 1.0) / count * deviations.T @ deviations
         theta = _entries(whole)
+
+        def named(theta: FloatArray) -> dict[str, float]:
+            return experiment.named(symmetric_matrix(theta), theta[:3])
+
         return SensorFit(
             sensor=experiment.sensor,
             model=data.model.terms,
@@ -274,7 +282,7 @@ class FieldMagnitudes:
             bias=whole.bias,
             bias_unit=data.unit,
             parameters=with_errors(
-                lambda t: experiment.named(symmetric_matrix(t), t[:3]),
+                named,
                 theta,
                 covariance,
                 experiment.unit_of,
@@ -284,10 +292,12 @@ class FieldMagnitudes:
             rms_before=root_mean_square(errors(experiment.before())),
             rms_fitted=root_mean_square(residual),
             rms_held_out=root_mean_square(out),
-            floor=root_mean_square(np.sqrt(data.noise)),
+            floor=None if self.left_out is None else self.left_out.floor,
+            floor_fitted=None if self.left_out is None else self.left_out.floor_fitted,
             residuals=residual,
             held_out=out,
             covariance=covariance,
+            parameter_covariance=converted_covariance(named, theta, covariance),
             iterations=found.iterations,
             degrees_of_freedom=count - 1,
             experiment=experiment,

@@ -63,12 +63,14 @@ class ScaleAndBias:
         scale_error: its standard error, or None with too few rotations.
         bias: b, reading units.
         bias_error: its standard error, or None.
+        shared: covariance of the two; 0 where it is not known.
     """
 
     scale: float
     scale_error: float | None
     bias: float
     bias_error: float | None
+    shared: float = 0.0
 
 
 def plane_angle(up: FloatArray, axis: int) -> float:
@@ -106,6 +108,7 @@ def static_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
         scale_error=float(scales.std(ddof=1) / root) if several else None,
         bias=float(biases.mean()),
         bias_error=float(biases.std(ddof=1) / root) if several else None,
+        shared=float(np.cov(scales, biases)[0, 1] / len(turns)) if several else 0.0,
     )
 
 
@@ -139,6 +142,7 @@ def dynamic_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
         scale_error=float(np.sqrt(covariance[0, 0])),
         bias=float(product / scale + reference),
         bias_error=float(np.sqrt(slope @ covariance @ slope)),
+        shared=float(covariance[0] @ slope),
     )
 
 
@@ -184,6 +188,7 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
             matrices[place], biases[place] = _correction(rest, data.channels)
     out = None if needed else np.asarray(data.closure(matrices, biases))
     full = data.full
+    parameters = tuple(_parameter(one, rows, data) for one in full.parameters)
     return SensorFit(
         sensor=full.sensor,
         model=("bias", "scale"),
@@ -192,7 +197,8 @@ def run(method: str, data: GyroscopeData) -> SensorFit:
         matrix=matrix,
         bias=bias,
         bias_unit=full.bias_unit,
-        parameters=tuple(_parameter(one, rows, data) for one in full.parameters),
+        parameters=parameters,
+        parameter_covariance=_covariance(parameters, rows, data),
         unit=full.unit,
         rms_before=full.rms_before,
         rms_fitted=root_mean_square(closure),
@@ -238,6 +244,18 @@ def _parameter(parameter: Parameter, rows: list[ScaleAndBias], data: GyroscopeDa
     slow = float(data.slow["xyz"[about]][axis])
     error = None if error is None else float(np.hypot(error, np.sqrt(slow)))
     return replace(parameter, value=row.bias, standard_error=error, carried=True)
+
+
+def _covariance(
+    parameters: tuple[Parameter, ...], rows: list[ScaleAndBias], data: GyroscopeData
+) -> FloatArray:
+    """Of all parameters: scale and bias of one axis share their rotations, those of two do not."""
+    names = [one.name for one in parameters]
+    found = np.diag([(one.standard_error or 0.0) ** 2 for one in parameters])
+    for row, about, channel in zip(rows, "xyz", data.channels, strict=True):
+        i, j = names.index(f"sensitivity_{about}"), names.index(f"bias_{'xyz'[channel]}")
+        found[i, j] = found[j, i] = -row.shared / row.scale**2
+    return found
 
 
 METHODS = (

@@ -98,5 +98,4 @@ class BiasStep(BiasEffect):
 
     def lacking(self, sensor: str, c: Circumstances) -> str | None:
         """Enough holds on either side, in a session of more than a minute."""
-        del sensor
-        return requirements.duration(c) or requirements.rows(c, 2 * SMALLEST_SIDE)
+        return requirements.duration(c) or requirements.holds(sensor, c, 2 * SMALLEST_SIDE)

@@ -26,8 +26,9 @@ class EarthRate(Effect):
     """``ε = Ω_up u``: the part of the Earth's rate along the vertical, ``u`` the up direction.
 
     IEEE 1431 adds the Earth's rate to the input of every test, and so do the rows of rests and
-    rotations (``model/rows/earth.py``). Of its two parts, ``Ω sin φ`` lies along up and is known in
-    the body frame wherever gravity is; added as an effect, it is reported with its size.
+    rotations between them (``model/rows/earth.py``), but not those of a rate table alone. Of its
+    two parts, ``Ω sin φ`` lies along up and is known in the body frame wherever gravity is; added
+    as an effect, it is reported with its size.
     ``Ω cos φ`` points north: it belongs to the headings of one session, and no calibration holds
     it. The vertical part looks exactly like a g-sensitivity that is the same on all axes; only the
     narrow prior of a known planet separates them.
@@ -55,9 +56,11 @@ class EarthRate(Effect):
             "pattern; only its size can tell. Gravity does not show the heading of a pose, "
             "but the rotations from pose to pose do, except for that of the first pose: the "
             "component towards north, at most 0.0042 °/s, is fitted along two level directions.",
-            remedy="No repair is needed. Every fit allows for both components, whether the term "
-            "is added or not, so that neither is counted as bias; adding the term shows the "
-            "vertical one. A navigation filter subtracts both by latitude and heading.",
+            remedy="No repair is needed. Every fit of rests and rotations between them allows for "
+            "both components, whether the term is added or not, so that neither is counted as "
+            "bias; adding the term shows the vertical one. The fit of a rate table alone does not "
+            "know how the table lies on the Earth: its biases contain what the sensor felt of it. "
+            "A navigation filter subtracts both by latitude and heading.",
             confirm="The size is 15.04 °/h times the sine of the latitude: compare it with the "
             "value for your latitude.",
             source="WGS 84: the Earth turns by 7.292115·10⁻⁵ rad/s.",

@@ -109,5 +109,5 @@ class ScaleStep(AxisEffect):
         return (
             requirements.rotations(sensor, c)
             or requirements.duration(c)
-            or requirements.rows(c, 2 * SMALLEST_SIDE)
+            or requirements.holds(sensor, c, 2 * SMALLEST_SIDE)
         )

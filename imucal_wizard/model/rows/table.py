@@ -106,8 +106,14 @@ class ResidualTable:
 
     @property
     def index(self) -> IntArray:
-        """Which hold, rotation or group of samples each row is of."""
+        """Which hold, rotation or group of samples each row is of, by its own number."""
         return np.concatenate([one.labels.index for one in self.sources])
+
+    @property
+    def item(self) -> IntArray:
+        """The same, unique in the table: hold 7 is not rotation 7."""
+        words = [one.item_word for one in self.sources]
+        return _unique([one.labels.index for one in self.sources], words)
 
     @property
     def axis(self) -> IntArray:
@@ -158,6 +164,10 @@ class ResidualTable:
         source, own = self.source_of(row)
         return source.place(own)
 
+    def first_row(self, item: int) -> int:
+        """The first row of a hold, rotation or group of samples."""
+        return int(np.flatnonzero(self.item == item)[0])
+
     def source_of(self, row: int) -> tuple[RowSource, int]:
         """The kind of a row, and its number there."""
         for source, count in zip(self.sources, self._counts, strict=True):
@@ -173,10 +183,14 @@ class ResidualTable:
 
 def groups_of(sources: Sequence[RowSource]) -> IntArray:
     """What is left out together, over all sources: the same number under the same word."""
-    found = np.concatenate([one.labels.group for one in sources])
-    words = list(dict.fromkeys(one.group_word for one in sources))
-    word = [np.full(len(one.labels), words.index(one.group_word)) for one in sources]
-    return np.where(found < 0, -1, found * len(words) + np.concatenate(word))
+    return _unique([one.labels.group for one in sources], [one.group_word for one in sources])
+
+
+def _unique(parts: Sequence[IntArray], words: Sequence[str]) -> IntArray:
+    """Numbers of several sources, unique over all that count under different words; −1 stays."""
+    found, distinct = np.concatenate(parts), list(dict.fromkeys(words))
+    place = np.repeat([distinct.index(one) for one in words], [len(one) for one in parts])
+    return np.where(found < 0, -1, found * len(distinct) + place)
 
 
 def numbered(parts: Sequence[IntArray]) -> IntArray:

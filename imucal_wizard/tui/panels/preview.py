@@ -17,7 +17,7 @@ _WELCOME = (
         "magnetometer. Gravity and the Earth's field are the references."
     ),
     (
-        "The steps are: settle, six faces, 18 poses, rotations, and circles for a magnetometer. "
+        "The steps are: settle, six faces, more poses, rotations, and circles for a magnetometer. "
         "They take about ten minutes and follow one another by themselves; your hands stay on the "
         "device."
     ),

@@ -57,7 +57,7 @@ def fit_summary(
         diagnoses: of each sensor; empty while they are not known.
         grades: of each sensor, the same.
     """
-    notes = report.notes_beside(diagnoses)
+    notes = report.notes_beside({name: one.says for name, one in diagnoses.items()})
     refused = list(dict.fromkeys(of_kind(notes, NoticeKind.NOT_CALIBRATED)))
     warnings = [text for text in notes if text not in refused]
     for fit in report.sensors.values():

@@ -17,7 +17,6 @@ from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.formula import FormulaEffect
-from imucal_wizard.report.bench_text import refuted_by
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
@@ -329,9 +328,6 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         else:
             self.selection.show(snapshot)
             self.selection.select(choose)
-            if snapshot.ladder[-1].confirmed is False:
-                why = refuted_by(*snapshot.ladder[-2:]).capitalize()
-                self.note = (f"▲ {why}. u takes the term back.", "warn")
             if problem:
                 self.note = (_IN_MEMORY.format(problem), "bad")
             elif act is None and (restored := owner.models.restored):
@@ -492,9 +488,11 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
 
     def action_formula(self) -> None:
         """Ask for an effect as a formula."""
-        if self.selection.snapshot is not None:
-            taken = {effect.name for effect in self.selection.snapshot.catalogue}
-            self.app.push_screen(FormulaScreen(self.sensor, taken), self._typed)
+        snapshot = self.selection.snapshot
+        if snapshot is not None:
+            taken = {effect.name for effect in snapshot.catalogue}
+            unit = snapshot.measured.circumstances.field_unit
+            self.app.push_screen(FormulaScreen(self.sensor, taken, unit), self._typed)
 
     def _typed(self, effect: FormulaEffect | None) -> None:
         if effect is not None:

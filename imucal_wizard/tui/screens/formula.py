@@ -10,7 +10,9 @@ from textual.screen import ModalScreen
 from textual.widgets import Input
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.model.formula import UNITS, VARIABLES, FormulaEffect
+from imucal_wizard.core.quantities import unit_sign
+from imucal_wizard.model.effect import FieldUnit
+from imucal_wizard.model.formula import FormulaEffect, size_of, variables_in
 from imucal_wizard.tui.text import Line, line, wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
 from imucal_wizard.tui.widgets.lines import Lines
@@ -33,16 +35,18 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
     Args:
         sensor: the sensor with the effect.
         taken: names of the existing effects.
+        unit: of the field.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
         Binding("escape", "dismiss(None)", "back", tooltip="goes back to the bench")
     ]
 
-    def __init__(self, sensor: str, taken: Collection[str]) -> None:
+    def __init__(self, sensor: str, taken: Collection[str], unit: FieldUnit) -> None:
         super().__init__()
         self._sensor = sensor
         self._taken = taken
+        self._unit = unit
 
     def compose(self) -> ComposeResult:
         """An input field, and the variables of a formula."""
@@ -62,21 +66,22 @@ class FormulaScreen(ModalScreen[FormulaEffect | None]):
         while name in self._taken:
             number, name = number + 1, f"formula-{number + 1}"
         try:
-            effect = FormulaEffect(self.query_one(Input).value, self._sensor, name)
+            effect = FormulaEffect(self.query_one(Input).value, self._sensor, name, self._unit)
         except UsageError as error:
             self._tell(str(error))
             return
         self.dismiss(effect)
 
     def _tell(self, problem: str) -> None:
-        unit = UNITS[self._sensor][0]
+        unit = unit_sign(size_of(self._sensor, self._unit).unit)
         rows: list[Line] = wrapped(f"▲ {problem}", 70, "warn", indent="  ") if problem else []
         rows += wrapped(
             f"The error of an axis in {unit}. Other names are coefficients to be fitted. Without "
             "an axis in front, each axis has its own coefficients.", 70, "quiet",
         )  # fmt: skip
         rows += [
-            ((f"  {name:<4}", "key"), (meaning, "")) for name, meaning in VARIABLES.items()
+            ((f"  {name:<4}", "key"), (meaning, ""))
+            for name, meaning in variables_in(self._unit).items()
             if name[1:] in ("", "x")
         ]  # fmt: skip
         rows.append(line("  and the same with y and z", "quiet"))

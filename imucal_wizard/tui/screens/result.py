@@ -16,6 +16,7 @@ from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
+from imucal_wizard.tui.panels.preview import interrupted
 from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.screens.bench import BenchScreen
@@ -31,6 +32,7 @@ from imucal_wizard.tui.widgets.lines import Lines
 from imucal_wizard.tui.widgets.rendered import Rendered
 
 if TYPE_CHECKING:  # the app imports this module while its first screen is shown
+    from imucal_wizard.run.snapshot import Snapshot
     from imucal_wizard.tui.app import BaseApp
 
 _DIAGNOSING = "Looking for what the models lack …"
@@ -291,21 +293,38 @@ class ResultScreen(FitScreen):
     def _count_down(self) -> None:
         if self._deadline is None or self.app.screen is not self:
             return
-        if time.monotonic() >= self._deadline:
+        if time.monotonic() >= self._deadline and not self._missing:
             self._deadline = None
             self.state.order("save" if self.state.ended else "validate")
         self._tell_next()
 
+    def take(self, snapshot: "Snapshot") -> None:
+        """Tell that the device is missing, which the validation needs."""
+        super().take(snapshot)
+        if snapshot.status.step == self.step:
+            self._tell_next()
+
+    @property
+    def _missing(self) -> str:
+        """Why no samples arrive from a device, or ""."""
+        snapshot = self.state.snapshot
+        if snapshot is None or self.state.ended or not self.state.live:
+            return ""
+        return interrupted(snapshot.stream)
+
     def _tell_next(self) -> None:
         text, ended = "", self.state.ended
-        if self._deadline is not None:
+        missing = self._missing if self.state.report is not None else ""
+        if missing:
+            text = f"▲ {missing}: validation needs the device   s: save without validation"
+        elif self._deadline is not None:
             left = max(0, math.ceil(self._deadline - time.monotonic()))
             what = "saving" if ended else "validation with a few new poses"
             text = f"{what} begins by itself in {left} s; any key stops it"
         elif self.state.report is not None:
             text = "v: validate with a few new poses   s: save without validation"
             text = "The recording has ended. s: save" if ended else text
-        self.lines("next").show([line(f" {text}", "accent")])
+        self.lines("next").show([line(f" {text}", "bad" if missing else "accent")])
 
 
 class SaveScreen(FitScreen):
