@@ -9,7 +9,7 @@ from math import inf
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import WITHIN_NINETY, chi_square, exceeded
 from imucal_wizard.model.rows.table import ResidualTable
@@ -73,7 +73,7 @@ def within_freedom(table: ResidualTable) -> float:
 
     The noise of rotations follows from that of the holds; where there are none, each has its own.
     """
-    holds = len(np.unique(table.item[~table.moving]))
+    holds = len(distinct(table.item[~table.moving]))
     return WITHIN_FREEDOM * (holds or len(table))
 
 
