@@ -5,6 +5,8 @@ that two numbers are left of any characteristic, and a second and a third order 
 two. Corners and tilts at other angles show more of it: that is the discriminability.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
@@ -14,7 +16,7 @@ from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
-from imucal_wizard.diagnose.thermometer import delay_of_thermometer
+from imucal_wizard.diagnose.thermometer import delay_of_thermometer, step_of
 from imucal_wizard.diagnose.unknown_structure import WAVES
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
 from imucal_wizard.model.effect import BiasEffect, Circumstances, Effect
@@ -218,12 +220,20 @@ class ExplainedVariance:
         weights = _one_cause(courses, patterns, self.coordinates)
         follows = _span(np.tensordot(weights, patterns, axes=1))
         if len(members) == 1 or self.lack_beside(follows).within_noise:
-            delay = delay_of_thermometer(c, (courses @ weights)[:, None])
+            delay = delay_of_thermometer(c, (courses @ weights)[:, None], self._step)
             if delay is not None:
                 return [(TEMPERATURE, *((LAG,) if delay and LAG in known else ()))]
-        if len(members) == 1 or delay_of_thermometer(c, courses) != 0.0:
+        if len(members) == 1 or delay_of_thermometer(c, courses, self._step) != 0.0:
             return []
         return [tuple(sorted((TEMPERATURE, term))) for term in sorted(names)]
+
+    @cached_property
+    def _step(self) -> float:
+        """Step of the thermometer, °C."""
+        experiment = self._misfit.minimum.experiment
+        recorded = None if experiment.readings is None else experiment.readings.temperature
+        means = experiment.circumstances.temperature
+        return step_of(means if recorded is None else recorded.values.ravel())
 
     def _course(self, one: Hypothesis, c: Circumstances) -> FloatArray:
         """Course of the bias at a size of one in the units of the patterns, shape (n,)."""

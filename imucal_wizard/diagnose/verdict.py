@@ -593,11 +593,11 @@ def _named(
         if together[likely[0]] > MIN_MEMBER_PROBABILITY * both:
             least = np.inf
         others = [{*terms} for terms, share in together.items() if share > least]
-        members = tuple(
+        each = tuple(
             (one, *(name for two in others if other in two for name in two - {one, other}))
             for one, other in (likely[0], likely[0][::-1])
         )
-        return Named(members, tuple(best.instead_of_both(likely[0])))
+        return Named(each, tuple(best.instead_of_both(likely[0])))
     if both > MIN_FAMILY_PROBABILITY and not shares.members(family_of, family):
         return Named((likely[0],))
     members = _with_aliases(_within(shares, family_of, family), best, heard)

@@ -97,12 +97,12 @@ def test_a_thermometer_reads_no_course_that_differs_by_more_than_its_steps() -> 
     time = np.arange(0.0, 400.0, 10.0)
     swings = 24.0 + 3.0 * np.sin(2.0 * np.pi * time / 400.0)
     warms = np.exp(-time / 100.0)[:, None]
-    assert delay_of_thermometer(_read(time, np.round(swings)), swings[:, None]) == 0.0
-    assert delay_of_thermometer(_read(time, np.round(swings)), warms) is None
-    assert delay_of_thermometer(_read(time, np.full(len(time), np.nan)), warms) is None
+    assert delay_of_thermometer(_read(time, np.round(swings)), swings[:, None], 1.0) == 0.0
+    assert delay_of_thermometer(_read(time, np.round(swings)), warms, 1.0) is None
+    assert delay_of_thermometer(_read(time, np.full(len(time), np.nan)), warms, 1.0) is None
 
 
-def test_the_step_of_a_thermometer_is_that_of_most_of_its_means() -> None:
+def test_the_step_of_a_thermometer_is_that_of_values_that_come_again() -> None:
     rng, warm = np.random.default_rng(3), _warm(150.0)(np.arange(0.0, 300.0, 7.0))
     assert step_of(np.round(warm)) == 1.0
     assert step_of(np.round(2.0 * warm) / 2.0) == 0.5
