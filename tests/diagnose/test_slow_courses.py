@@ -8,8 +8,10 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import diagnosis_of
 from imucal_wizard.diagnose.thermometer import THERMOMETER_STEP, delay_of_thermometer, step_of
 from imucal_wizard.diagnose.verdict import Opinion, Verdict
+from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.model.effect import Circumstances
 from tests.diagnose.recordings import MG, fitted, refitted
 
@@ -69,6 +71,20 @@ def test_a_warm_up_is_named_alone_beside_a_temperature_in_whole_degrees_that_swi
     )
     assert opinion.verdict is Verdict.MISSING
     assert opinion.terms == (("warm-up",),)
+
+
+def test_one_effect_is_told_before_pairs() -> None:
+    """Only the first explanations are told, and pairs may be many."""
+    warm = _warm(150.0)
+    report, _ = fitted(poses="26", seed=5)
+    benches = Benches(report)
+    said = diagnosis_of(benches, benches.accelerometer)
+    assert said.findings is not None
+    opinion = _opinion(lambda t: np.outer(warm(t) - 24.0, AXES), lambda t: np.round(warm(t)))
+    pairs = [("bias-drift", one) for one in ("bias-temperature", "thermal-lag", "warm-up")]
+    many = replace(opinion, explanations=(("warm-up",), *pairs, ("bias-temperature",)))
+    told = replace(said, verdict=Verdict.AMBIGUOUS, findings=replace(said.findings, opinion=many))
+    assert "separate: warm-up; bias-temperature; bias-drift with " in verdict_text(told)
 
 
 SUMS = [(100.0, 1.0), (150.0, 1.0), (200.0, 2.0), (100.0, 2.0), (150.0, 2.0), (200.0, 1.0)]
