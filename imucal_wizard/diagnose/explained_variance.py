@@ -5,6 +5,8 @@ that two numbers are left of any characteristic, and a second and a third order 
 two. Corners and tilts at other angles show more of it: that is the discriminability.
 """
 
+from functools import cached_property
+
 import numpy as np
 
 from imucal_wizard.core.poses import AXES
@@ -14,9 +16,10 @@ from imucal_wizard.diagnose.hypotheses import BENT, DISTURBED, Hypothesis
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
 from imucal_wizard.diagnose.random_walk import MIN_WANDER_SHARE, Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.diagnose.thermometer import delay_of_thermometer, step_of
 from imucal_wizard.diagnose.unknown_structure import WAVES
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
-from imucal_wizard.model.effect import Effect
+from imucal_wizard.model.effect import BiasEffect, Circumstances, Effect
 
 MAX_SHARE_UNLIKE = 0.03
 """Share of a pattern, rms, that another effect may leave and be called its alias: the two effects
@@ -28,6 +31,9 @@ slope of a temperature that rises by 4 °C differs from it where a thermometer h
 sixteenth of a degree (0.034)."""
 
 
+Terms = tuple[str, ...]
+Members = tuple[Hypothesis, ...]
+TEMPERATURE, LAG = "bias-temperature", "thermal-lag"
 MIN_OTHER_SETTING = 1.5
 """Ratio of two time constants from which on they make different courses."""
 
@@ -35,6 +41,8 @@ MAX_EVIDENCE_AGAINST = 7.0
 """Logarithm of the evidence for one effect over that for two which settle, above which the data
 decide: a thousand to one. The sizes of two that look like one need not be a coincidence, as the
 evidence has it: one stress in the package makes both."""
+MIN_EVIDENCE_FOR_ONE = 3.0
+"""The same above which one of two explanations is usually preferred: twenty to one."""
 
 
 class ExplainedVariance:
@@ -99,6 +107,16 @@ class ExplainedVariance:
 
     def taken_beside(self, both: tuple[str, ...]) -> float:
         """Squares of the noise that the weaker of two effects takes away beside the other one."""
+        likeliest = self._together(both)
+        if likeliest is None:
+            return 0.0
+        noise, members = likeliest
+        patterns = [one.patterns for one in members]
+        alone = max(self._explained([one]) for one in patterns)
+        return (self._explained(patterns) - alone) / max(noise, 1.0) ** 2
+
+    def _together(self, both: tuple[str, ...]) -> tuple[float, Members] | None:
+        """The likeliest explanation by two effects alone, with its noise; None without any."""
         pairs, posterior, found = self._hypotheses.pairs, self._posterior, []
         for one, share, sigma in zip(
             self._hypotheses.single, posterior.single, posterior.sigma, strict=True
@@ -114,12 +132,7 @@ class ExplainedVariance:
             if joined.any():
                 share, sigma = posterior.paired[place], posterior.sigma_paired[place]
                 found.append((float(share), float(sigma), tuple(pairs.both(place))))
-        if not found:
-            return 0.0
-        _, noise, members = max(found, key=lambda each: each[0])
-        patterns = [one.patterns for one in members]
-        alone = max(self._explained([one]) for one in patterns)
-        return (self._explained(patterns) - alone) / max(noise, 1.0) ** 2
+        return max(found, key=lambda each: each[0])[1:] if found else None
 
     def span(self, families: tuple[str, ...]) -> FloatArray:
         """What the likeliest explanation with these families can make, orthonormal, (m, k)."""
@@ -144,12 +157,13 @@ class ExplainedVariance:
         names = self._effect(first).aliases_while_settling
         return self._alike(first, names, MAX_SHARE_UNLIKE_SETTLING)
 
-    def instead_of(self, first: str) -> list[tuple[str, ...]]:
-        """Two effects that settle with the temperature and may act where one effect is named.
+    def instead_of(self, first: str) -> list[Terms]:
+        """What may act where one effect of a family is named: two of it, or the temperature.
 
         An exponential course and another one with a longer time constant nearly make a third one:
         of two effects whose courses settle, the data may show no more than one that settles between
-        them, or a drift. Both must be needed, and together leave no more than noise.
+        them, or a drift. A warm-up whose time constant is fitted may be any two courses. Both must
+        be needed, and together leave no more than noise.
         """
         single, pairs, posterior = self._hypotheses.single, self._hypotheses.pairs, self._posterior
         evidence = _log(posterior.single) - self._hypotheses.log_prior
@@ -165,17 +179,69 @@ class ExplainedVariance:
                 (of_pairs[k], tuple(pairs.both(k)))
                 for k in np.flatnonzero(of_pairs > least).tolist()
             ]
-        found = {}
-        for _, members in sorted(likely, key=lambda each: -each[0]):
+        of_single = dict(zip(single, evidence.tolist(), strict=True))
+        both: dict[Terms, Members] = {}
+        for own, members in sorted(likely, key=lambda each: -each[0]):
             names = tuple(sorted(term for one in members for term in one.terms))
-            settling = [bool(self._effect(name).aliases_while_settling) for name in names]
-            if len(names) < 2 or not all(settling) or names in found:
+            families = {family for one in members for family in one.families}
+            if len({*names}) < 2 or names in both or families != {*single[named].families}:
                 continue
-            if len({*names}) > 1 and not any(_alike(one, single[named]) for one in members):
-                found[names] = self._needs_both(members)
-        return [names for names, needed in found.items() if needed]
+            settling = all(self._effect(name).aliases_while_settling for name in names)
+            if not settling and not self._effect(first).graded:
+                continue
+            if any(_alike(one, single[named]) for one in members):
+                continue
+            # as likely as the one and each of them less likely, or each leaves more than noise
+            fall = own - max(of_single[one] for one in members)
+            likely_too = own > evidence[named] - MIN_EVIDENCE_FOR_ONE
+            if (likely_too and fall > MIN_EVIDENCE_FOR_ONE) or self._needs_both(members):
+                both[names] = members
+        every = [(single[named],), *both.values()]
+        return [*both, *(one for members in every for one in self._by_temperature(members))]
 
-    def _needs_both(self, members: tuple[Hypothesis, ...]) -> bool:
+    def instead_of_both(self, both: Terms) -> list[Terms]:
+        """What may act where two effects of one family are named: the temperature."""
+        likeliest = self._together(both)
+        return [] if likeliest is None else self._by_temperature(likeliest[1])
+
+    def _by_temperature(self, members: Members) -> list[Terms]:
+        """Effects of the temperature that make the same, if the thermometer reads as it may.
+
+        Courses of the bias that the temperature of the chip may follow, all of them or all but one.
+        """
+        names = {term for one in members for term in one.terms}
+        biases = [effect for effect in map(self._effect, names) if isinstance(effect, BiasEffect)]
+        known = {one.term for one in self._misfit.candidates}
+        if TEMPERATURE in names or TEMPERATURE not in known or len(biases) < len(names):
+            return []
+        c = self._misfit.minimum.experiment.circumstances
+        courses = np.column_stack([self._course(one, c) for one in members])
+        patterns = np.stack([one.patterns for one in members])
+        weights = _one_cause(courses, patterns, self.coordinates)
+        follows = _span(np.tensordot(weights, patterns, axes=1))
+        if len(members) == 1 or self.lack_beside(follows).within_noise:
+            delay = delay_of_thermometer(c, (courses @ weights)[:, None], self._step)
+            if delay is not None:
+                return [(TEMPERATURE, *((LAG,) if delay and LAG in known else ()))]
+        if len(members) == 1 or delay_of_thermometer(c, courses, self._step) != 0.0:
+            return []
+        return [tuple(sorted((TEMPERATURE, term))) for term in sorted(names)]
+
+    @cached_property
+    def _step(self) -> float:
+        """Step of the thermometer, °C."""
+        experiment = self._misfit.minimum.experiment
+        recorded = None if experiment.readings is None else experiment.readings.temperature
+        means = experiment.circumstances.temperature
+        return step_of(means if recorded is None else recorded.values.ravel())
+
+    def _course(self, one: Hypothesis, c: Circumstances) -> FloatArray:
+        """Course of the bias at a size of one in the units of the patterns, shape (n,)."""
+        effect, sensor = self._effect(one.terms[0]), self._misfit.minimum.experiment.sensor
+        sizes = effect.typical(sensor, one.variant)
+        return effect.error(sensor, c, sizes, one.variant)[:, 0]
+
+    def _needs_both(self, members: Members) -> bool:
         """Whether explanations leave no more than noise together, and more than it each alone."""
         every = np.concatenate([one.patterns for one in members], axis=1)
         spans = [_span(every), *(_span(one.patterns) for one in members)]
@@ -270,6 +336,20 @@ def _alike(first: Hypothesis, second: Hypothesis) -> bool:
     if first.terms != second.terms or first.variant is None or second.variant is None:
         return first.terms == second.terms
     return 1.0 / MIN_OTHER_SETTING < first.variant / second.variant < MIN_OTHER_SETTING
+
+
+def _one_cause(courses: FloatArray, patterns: FloatArray, coordinates: FloatArray) -> FloatArray:
+    """Weights of the courses in the one course that most of what they make on the axes follows.
+
+    Args:
+        courses: shape (n, k).
+        patterns: of each course on each of its axes, shape (k, m, q).
+        coordinates: of the residual, shape (m,).
+    """
+    sizes = np.linalg.lstsq(np.concatenate([*patterns], axis=1), coordinates, rcond=None)[0]
+    centred = courses - courses.mean(axis=0)
+    _, strength, axes = np.linalg.svd(centred @ sizes.reshape(len(patterns), -1))
+    return np.asarray(sizes.reshape(len(patterns), -1) @ axes[0] / max(strength[0], 1e-300))
 
 
 def _log(share: FloatArray) -> FloatArray:

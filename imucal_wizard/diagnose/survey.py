@@ -102,10 +102,11 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
         with suppress(DataError):  # what cannot be fitted is not confirmed; the bench keeps why
             for name in names:
                 bench.add(name, near=both.get(name) if len(names) > 1 else None)
-            enough = place == len(ways) - 1 or names in opinion.together
+            enough = place == len(ways) - 1
             if not enough:
                 left = bench.look().opinion
-                enough = left.shapeless and (left.lack.within_noise or not of_one_family)
+                enough = left.shapeless or names in opinion.together
+                enough &= left.lack.within_noise or not of_one_family
             if bench.confirmed(len(names)) and enough:
                 return names
         while len(bench.ladder) > below:

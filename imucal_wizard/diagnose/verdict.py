@@ -661,33 +661,15 @@ def _named(
     together = shares.together(family_of, family)
     both, likely = sum(together.values()), list(together)[:1]
     if both > MIN_FAMILY_PROBABILITY and best.taken_beside(likely[0]) > MIN_MISFIT_TAKEN:
-        first, second = likely[0]
         least = MIN_LISTED_PROBABILITY * both
         if together[likely[0]] > MIN_MEMBER_PROBABILITY * both:
             least = np.inf
         others = [{*terms} for terms, share in together.items() if share > least]
-        return Named(
-            (
-                (
-                    first,
-                    *(
-                        one
-                        for two in others
-                        for one in two - {second}
-                        if second in two and one != first
-                    ),
-                ),
-                (
-                    second,
-                    *(
-                        one
-                        for two in others
-                        for one in two - {first}
-                        if first in two and one != second
-                    ),
-                ),
-            )
+        each = tuple(
+            (one, *(name for two in others if other in two for name in two - {one, other}))
+            for one, other in (likely[0], likely[0][::-1])
         )
+        return Named(each, tuple(best.instead_of_both(likely[0])))
     if both > MIN_FAMILY_PROBABILITY and not shares.members(family_of, family):
         return Named((likely[0],))
     members = _with_aliases(_within(shares, family_of, family), best, heard)

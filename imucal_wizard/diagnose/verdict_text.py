@@ -158,7 +158,9 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     opinion = _opinion(diagnosis)
     choice = "; and ".join(_or(members) for members in opinion.terms)
     kinds = " and ".join(FAMILIES.get(name, name) for name in dict.fromkeys(opinion.families))
-    listed = "; ".join(" with ".join(terms) for terms in opinion.explanations[:LISTED_EXPLANATIONS])
+    # of a family's, one effect before two: pairs may be many
+    plain = sorted(opinion.explanations, key=len) if opinion.together else opinion.explanations
+    listed = "; ".join(" with ".join(terms) for terms in plain[:LISTED_EXPLANATIONS])
     if opinion.together:
         parts = [
             (
