@@ -400,8 +400,9 @@ class _Weighed:
         found = list(self.shares.explanations(MIN_LISTED_PROBABILITY))
         found += [one for one in names.together if one not in found]
         if verdict is Verdict.AMBIGUOUS and names.terms:
-            every = (tuple(sorted(one)) for one in itertools.product(*names.terms))
-            found += [one for one in every if one not in found]
+            every = (tuple(sorted({*one})) for one in itertools.product(*names.terms))
+            apart = dict.fromkeys(one for one in every if len(one) == len(names.terms))
+            found += [one for one in apart if one not in found]
         return tuple(found)
 
     def probable(self, names: Names, lack: LackOfFit) -> Terms:
