@@ -36,6 +36,9 @@ from imucal_wizard.model.rows.source import Parameters
 MAX_CHANCE_OF_JUMPS = 0.05
 """Probability that rotations which do not agree with the rest are by chance those with the largest
 jumps, up to which the jumps are said to be the reason: one of 20 rotations."""
+MAX_SECOND_JUMP = 0.5
+"""Share of the next largest jump of a rotation, in the median of several, up to which samples are
+missing: a sensor that jumps at some rate does so twice alike in each."""
 TRIED_AT_ONCE = 4
 """One in so many of the rotations with the largest jumps is how many more are tried next."""
 MIN_FALL_WITHOUT = 0.9
@@ -125,7 +128,7 @@ def without_lost_samples(
     def without(out: Sequence[int]) -> tuple[Minimum[GyroscopeExperiment], list[Rotation]]:
         left = list(rotations)
         for number in out:
-            left[number] = replace(left[number], problem=_jumped(*jumps[number][1:], unit))
+            left[number] = replace(left[number], problem=_jumped(*jumps[number][1:3], unit))
         return again(left), left
 
     try:
@@ -135,6 +138,8 @@ def without_lost_samples(
             others = [one for one in odd if one != number]
             if _lack_without(without(others)[0], ()).within_noise:  # it closes in spite of its jump
                 odd = others
+        if len(odd) > 1 and median([jumps[number][3] for number in odd]) > MAX_SECOND_JUMP:
+            return unchanged  # the sensor jumps at some rate, on the way up and on the way down
         chance = tried * comb(len(out), len(odd)) / comb(len(order), len(odd))
         return without(odd) if odd and chance <= MAX_CHANCE_OF_JUMPS else unchanged
     except DataError:
@@ -203,19 +208,21 @@ def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
         )
 
 
-def _jump(rotation: Rotation) -> tuple[float, float, float]:
+def _jump(rotation: Rotation) -> tuple[float, float, float, float]:
     """The largest jump of the rate beyond the slopes on either side, over the mean of all.
 
-    And by how much the rate changes there, and when that was.
+    And by how much the rate changes there, when that was, and the share of the next largest one.
     """
     steps = np.diff(rotation.rate, axis=0)
     if len(steps) < 3:
-        return 0.0, 0.0, float(rotation.time[0])
+        return 0.0, 0.0, float(rotation.time[0]), 0.0
     beyond = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=1)
     place = int(beyond.argmax())
     size = float(np.linalg.norm(steps[place + 1]))
     usual = max(float(beyond.mean()), 1e-300)
-    return float(beyond[place]) / usual, size, float(rotation.time[place + 1])
+    elsewhere = np.delete(beyond, slice(max(place - 2, 0), place + 3)).max(initial=0.0)
+    second = float(elsewhere) / max(float(beyond[place]), 1e-300)
+    return float(beyond[place]) / usual, size, float(rotation.time[place + 1]), second
 
 
 def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:
