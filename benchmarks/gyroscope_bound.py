@@ -263,7 +263,7 @@ class Session:
             inside = inside + self.accelerometer.bias
             lost = "not recorded" if device.broken and number % device.broken == 0 else None
             rotations.append(Rotation(before, after, time, reading, None, lost, inside))
-        return self._in_steps(holds, rotations, rng) if device.step else (holds, rotations)
+        return self._in_steps(holds, rotations, earth, rng) if device.step else (holds, rotations)
 
     def _earth(self, rng: np.random.Generator) -> tuple[FloatArray, list[FloatArray]]:
         """The Earth's rate in the body, in each hold and during each rotation, rad/s."""
@@ -282,7 +282,11 @@ class Session:
         return np.array([*still, turning[-1][-1]]), turning
 
     def _in_steps(
-        self, holds: list[Hold], rotations: list[Rotation], rng: np.random.Generator
+        self,
+        holds: list[Hold],
+        rotations: list[Rotation],
+        earth: FloatArray,
+        rng: np.random.Generator,
     ) -> tuple[list[Hold], list[Rotation]]:
         """The session with the gyroscope's readings in steps, its rests drawn anew."""
         step = np.radians(self.device.step) * rng.uniform(0.95, 1.05)
@@ -291,9 +295,10 @@ class Session:
         def rounded(values: FloatArray) -> FloatArray:
             return np.asarray(zero + step * np.round((values - zero) / step))
 
-        for hold, level in zip(holds, self.levels, strict=True):
+        for hold, level, turned in zip(holds, self.levels, earth, strict=True):
             noise = level * np.radians(self.device.rate) * rng.standard_normal((hold.samples, 3))
-            values = rounded(self.gyroscope.bias + noise)
+            still = self.gyroscope.bias + self.gyroscope.sensitivity @ turned
+            values = rounded(still + noise)
             each = hold.samples // BATCHES
             batches = values[: each * BATCHES].reshape(BATCHES, each, 3).mean(axis=1)
             covariance = np.cov(batches.T) / BATCHES

@@ -11,6 +11,9 @@ from imucal_wizard.core.limits.data_quality import (
 from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.statistics import median
 
+MIN_ARRIVAL_JITTER = 0.01
+"""Share of the time between two bursts by which most of them come earlier or later, if their times
+are those of arrival and not of a clock that advances in coarse steps."""
 WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is accurate enough to start."""
 _WARM_UP_POINTS = 10
@@ -35,7 +38,7 @@ def sampling_period(times: FloatArray) -> float:
     if not len(forward):
         return 0.0
     if burst_pause(times):
-        return float(np.mean(forward))
+        return float(np.mean(steps[steps >= 0]))
     middle = median(forward)
     low, high = (0.0, 2.5 * middle) if time_quantum(times) else (0.5 * middle, 1.5 * middle)
     near = steps[(steps >= low) & (steps <= high)]
@@ -49,20 +52,30 @@ def time_quantum(times: FloatArray) -> float:
         times: shape (n,), s, as the device gave them.
     """
     steps = np.diff(times)
-    if not len(steps) or float(np.mean(steps == 0)) <= 0.1 or not np.any(steps > 0):
-        return 0.0
-    return float(np.min(steps[steps > 0]))
+    return float(np.min(steps[steps > 0])) if _often_equal(steps) else 0.0
+
+
+def _often_equal(steps: FloatArray) -> bool:
+    """Whether times advance, but many samples have that of the one before."""
+    return len(steps) > 0 and float(np.mean(steps == 0)) > 0.1 and bool(np.any(steps > 0))
 
 
 def burst_pause(times: FloatArray) -> float:
     """The shortest pause between bursts, s, if times were taken when bursts arrived; otherwise 0.
 
-    The steps within a burst then show the speed of the link and not that of the sensor.
+    The steps within a burst then show the speed of the link and not that of the sensor. If all
+    samples of a burst have one time, the times are equal as often as those of a coarse clock, but
+    that advances by the same step each time, and arrivals do not.
 
     Args:
         times: shape (n,), s, as they were given.
     """
     steps = np.diff(times)
+    forward = steps[steps > 0]
+    if _often_equal(steps) and len(forward) >= MIN_PAUSES:
+        usual = median(forward)
+        if np.mean(np.abs(forward - usual) > MIN_ARRIVAL_JITTER * usual) > 0.5:
+            return 0.5 * float(forward.min())
     long = pauses(steps)
     if np.sum(long) < MIN_PAUSES or steps[long].sum() <= MAX_PAUSE_SHARE * steps[steps > 0].sum():
         return 0.0

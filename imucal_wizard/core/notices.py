@@ -38,6 +38,8 @@ class NoticeKind(Enum):
     """The unit of the readings was guessed from their size."""
     GAP = auto()
     """Samples are missing in a rotation for some time."""
+    JUMP = auto()
+    """A rate jumps in a rotation, as where samples are missing that the times do not show."""
     DISTURBED = auto()
     """Something near the device changes the field at present."""
     CHANGED = auto()

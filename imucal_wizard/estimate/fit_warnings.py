@@ -1,7 +1,7 @@
 """Warnings that follow from a finished fit: a wrong unit, range or rate, exchanged axes."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -204,19 +204,35 @@ def _reason(texts: Sequence[str]) -> str:
     return f"{re.sub(r'(?=[0-9])', upto, largest, count=1)} ({times_in_words(len(texts))})"
 
 
+def _jumps(jumped: Mapping[int, str]) -> list[str]:
+    """The reason of rotations whose rates jump, by their numbers."""
+    if len(jumped) < 2:
+        return [f"in rotation {number} {reason}" for number, reason in jumped.items()]
+    *first, last = map(str, jumped)
+    text = (
+        f"in rotations {', '.join(first)} and {last} the rate jumps between two samples and the "
+        "angle is wrong, as where samples are missing or repeated"
+    )
+    return [text]
+
+
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
     """How many rotations could not be used, and why, without what would have been advised then."""
     reasons: dict[str | NoticeKind, list[str]] = {}
-    for rotation in rotations:
+    jumped: dict[int, str] = {}
+    for place, rotation in enumerate(rotations, start=1):
         if rotation.problem:
             reason = rotation.problem.partition(":")[0]
+            if of_kind([rotation.problem], NoticeKind.JUMP):
+                jumped[place] = reason
+                continue
             # gaps of any length are one reason
             gap = of_kind([rotation.problem], NoticeKind.GAP)
             reasons.setdefault(NoticeKind.GAP if gap else reason, []).append(reason)
-    if not reasons:
+    if not reasons and not jumped:
         return []
-    count = sum(map(len, reasons.values()))
-    each = ", ".join(map(_reason, reasons.values()))
+    count = sum(map(len, reasons.values())) + len(jumped)
+    each = ", ".join([*map(_reason, reasons.values()), *_jumps(jumped)])
     verb = "is" if count == 1 else "are"
     notes = [f"{count} of {len(rotations)} rotations {verb} not used: {each}"]
     clipped = [one for one in rotations if is_clipped(one.problem)]

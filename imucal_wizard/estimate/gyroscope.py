@@ -40,6 +40,7 @@ from imucal_wizard.estimate.surroundings import circumstances_of, first_time, vi
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import rest_numbers
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
+from imucal_wizard.model.effects.earth_rate import EARTH_RATE
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.earth import earth_axes
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
@@ -142,6 +143,7 @@ class GyroscopeExperiment(Movable):
         noise = self._noise()
         self.circumstances = known.select(rows)
         shifted = (start.matrix**2 @ rotations.rounding) * len(rows)
+        coarse = np.linalg.norm(start.matrix, axis=0) * rotations.step
         matters = bool((shifted > NEGLIGIBLE_SHIFT * noise[0].mean()).any())
         self.rest = RateAtRest(
             reading=np.array([hold.gyroscope for hold in self.resting]),
@@ -157,6 +159,8 @@ class GyroscopeExperiment(Movable):
                 component=np.tile([0, 1, 2], len(rows)),
             ),
             rounding=rotations.rounding if matters else np.zeros(3),
+            # a rate that differs by more than a step from hold to hold is read as it is
+            slope=np.where(coarse > 2.0 * EARTH_RATE, rotations.slope, 0.0),
         )
         self.closure = self._closures(known, *noise[1:])
         self.sources = (self.rest, self.closure, *more)

@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import comb
 
 import numpy as np
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.statistics import median
@@ -16,12 +18,13 @@ from imucal_wizard.estimate.fit import Minimum, minimum, residual_table
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment, M
 from imucal_wizard.estimate.gyroscope_start import start_matrix
 from imucal_wizard.estimate.held_out import items_of
-from imucal_wizard.estimate.lack_of_fit import lack_without
+from imucal_wizard.estimate.lack_of_fit import LackOfFit, lack_without
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rotation_set import rotation_set
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.effect import GYROSCOPE
 from imucal_wizard.model.nominal_gains import (
     Nominal,
     datasheet_precision,
@@ -30,12 +33,17 @@ from imucal_wizard.model.nominal_gains import (
 )
 from imucal_wizard.model.rows.source import Parameters
 
-MIN_ROTATIONS_WITH_JUMPS = 20
-"""Rotations from which on the one with the largest jump is another than the one that does not agree
-with the rest in 19 cases of 20, unless the jump is the reason."""
+MAX_CHANCE_OF_JUMPS = 0.05
+"""Probability that rotations which do not agree with the rest are by chance those with the largest
+jumps, up to which the jumps are said to be the reason: one of 20 rotations."""
+MAX_SECOND_JUMP = 0.5
+"""Share of the next largest jump of a rotation, in the median of several, up to which samples are
+missing: a sensor that jumps at some rate does so twice alike in each."""
+TRIED_AT_ONCE = 4
+"""One in so many of the rotations with the largest jumps is how many more are tried next."""
 MIN_FALL_WITHOUT = 0.9
-"""Share of what all rotations leave, above which one of them is not the reason, so that no fit
-without it is tried."""
+"""Share of what all rotations leave, above which some of them are not the reason, so that no fit
+without them is tried."""
 MIN_TILT_COMPARED = np.radians(20.0)
 """Angle between up before and after a rotation, from which on its closure is compared with it: a
 full turn ends where it began."""
@@ -96,11 +104,11 @@ def without_lost_samples(
     rotations: Sequence[Rotation],
     again: Callable[[Sequence[Rotation]], Minimum[GyroscopeExperiment]],
 ) -> tuple[Minimum[GyroscopeExperiment], list[Rotation]]:
-    """The fit without a rotation in which samples are missing that the times do not show.
+    """The fit without the rotations in which samples are missing that the times do not show.
 
-    A rate that goes on elsewhere jumps between two samples. Of m rotations one has the largest
-    jump, and if it is also the one without which all others agree within their noise, chance made
-    that once in m times, as where the device was bumped while it turned.
+    A rate that goes on elsewhere jumps between two samples. If those rotations do not agree with
+    the rest that have the largest jumps, samples are missing there: chance, as where the device was
+    bumped while it turned, seldom picks the same ones.
 
     Args:
         found: the fit of all usable rotations.
@@ -110,29 +118,73 @@ def without_lost_samples(
     Returns:
         The fit, and the rotations with the problem named.
     """
-    usable, table = found.experiment.rotations.usable.tolist(), residual_table(found)
-    every = lack_without(table, np.zeros(0, np.int64))
-    if len(usable) < MIN_ROTATIONS_WITH_JUMPS or every.within_noise:
-        return found, list(rotations)
-    jumps = [_jump(rotations[place]) for place in usable]
-    worst = max(range(len(usable)), key=lambda place: jumps[place][0])
-    own = np.flatnonzero((table.kind == found.experiment.closure.kind) & (table.index == worst))
-    if lack_without(table, own).ratio > MIN_FALL_WITHOUT * every.ratio:
-        return found, list(rotations)
-    size, seconds = jumps[worst][1:]
-    number, left = usable[worst], list(rotations)
-    jump = quantity(size, found.experiment.unit, 2)
-    left[number] = replace(
-        left[number],
-        problem=f"in rotation {number + 1} the rate jumps by {jump} between two samples at "
-        f"{seconds:.1f} s and the angle is wrong, as where samples are missing or repeated",
-    )
+    usable, unchanged = found.experiment.rotations.usable.tolist(), (found, list(rotations))
+    if _lack_without(found, ()).within_noise:
+        return unchanged
+    jumps = {number: _jump(rotations[number]) for number in usable}
+    order = sorted(usable, key=lambda number: jumps[number][0], reverse=True)
+    unit = found.experiment.unit
+
+    def without(out: Sequence[int]) -> tuple[Minimum[GyroscopeExperiment], list[Rotation]]:
+        left = list(rotations)
+        for number in out:
+            left[number] = replace(left[number], problem=_jumped(*jumps[number][1:3], unit))
+        return again(left), left
+
     try:
-        without = again(left)
+        out, tried = _with_largest_jumps(found, order, lambda out: without(out)[0])
+        odd = list(out)
+        for number in reversed(out if len(out) > 1 else ()):
+            others = [one for one in odd if one != number]
+            if _lack_without(without(others)[0], ()).within_noise:  # it closes in spite of its jump
+                odd = others
+        if len(odd) > 1 and median([jumps[number][3] for number in odd]) > MAX_SECOND_JUMP:
+            return unchanged  # the sensor jumps at some rate, on the way up and on the way down
+        chance = tried * comb(len(out), len(odd)) / comb(len(order), len(odd))
+        return without(odd) if odd and chance <= MAX_CHANCE_OF_JUMPS else unchanged
     except DataError:
-        return found, list(rotations)
-    agree = lack_without(residual_table(without), np.zeros(0, np.int64)).within_noise
-    return (without, left) if agree else (found, list(rotations))
+        return unchanged
+
+
+def _with_largest_jumps(
+    found: Minimum[GyroscopeExperiment],
+    order: Sequence[int],
+    without: Callable[[Sequence[int]], Minimum[GyroscopeExperiment]],
+) -> tuple[Sequence[int], int]:
+    """The rotations with the largest jumps without which all others agree within their noise.
+
+    Args:
+        found: the fit of all usable rotations.
+        order: numbers of these, that with the largest jump first.
+        without: the fit without some of them.
+
+    Returns:
+        Their numbers, none where no half of all agrees; and how many numbers of them were tried.
+    """
+    lack, count, tried = _lack_without(found, ()), 0, 0
+    while not lack.within_noise:
+        count, tried = count + 1 + count // TRIED_AT_ONCE, tried + 1
+        if count > len(order) // 2:
+            return (), tried
+        if _lack_without(found, order[:count]).ratio <= MIN_FALL_WITHOUT * lack.ratio:
+            found = without(order[:count])
+            lack = _lack_without(found, ())
+    return order[:count], tried
+
+
+def _lack_without(found: Minimum[GyroscopeExperiment], out: Sequence[int]) -> LackOfFit:
+    """The test of a fit's residuals without those of some of all rotations."""
+    table = residual_table(found)
+    closing = table.kind == found.experiment.closure.kind
+    return lack_without(table, np.flatnonzero(closing & np.isin(table.index, out)))
+
+
+def _jumped(size: float, seconds: float, unit: str) -> Notice:
+    text = (
+        f"the rate jumps by {quantity(size, unit, 2)} between two samples at {seconds:.1f} s and "
+        "the angle is wrong, as where samples are missing or repeated"
+    )
+    return Notice(text, NoticeKind.JUMP, GYROSCOPE)
 
 
 def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
@@ -156,15 +208,21 @@ def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
         )
 
 
-def _jump(rotation: Rotation) -> tuple[float, float, float]:
-    """The largest jump of the rate beyond the slopes on either side, its size, and when it was."""
+def _jump(rotation: Rotation) -> tuple[float, float, float, float]:
+    """The largest jump of the rate beyond the slopes on either side, over the mean of all.
+
+    And by how much the rate changes there, when that was, and the share of the next largest one.
+    """
     steps = np.diff(rotation.rate, axis=0)
     if len(steps) < 3:
-        return 0.0, 0.0, float(rotation.time[0])
+        return 0.0, 0.0, float(rotation.time[0]), 0.0
     beyond = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=1)
     place = int(beyond.argmax())
     size = float(np.linalg.norm(steps[place + 1]))
-    return float(beyond[place]), size, float(rotation.time[place + 1])
+    usual = max(float(beyond.mean()), 1e-300)
+    elsewhere = np.delete(beyond, slice(max(place - 2, 0), place + 3)).max(initial=0.0)
+    second = float(elsewhere) / max(float(beyond[place]), 1e-300)
+    return float(beyond[place]) / usual, size, float(rotation.time[place + 1]), second
 
 
 def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:

@@ -81,15 +81,20 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
         return HoldNoise(along, across)
     # one number of a hold, which is better known, but for those in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
-    scatters = [hold.accelerometer_scatter for hold in holds]
-    single = times * [np.nan if one is None else one.mean() for one in scatters]
+    each = _samples_alone(holds)
+    single = times * each.mean(axis=1)
     swayed = _swayed(along * times, across * times, single, freedom)
-    calm, known = ~swayed, 3 * freedom
-    samples = 3 * np.array([hold.samples - 1 for hold in holds])
+    # degrees of freedom by Satterthwaite: three axes are one where that is far noisier
+    squares = (each**2).sum(axis=1)
+    measured = squares > 0.0
+    axes = np.where(measured, each.sum(axis=1) ** 2 / np.where(measured, squares, 1.0), 3.0)
+    calm, known = ~swayed, np.rint(axes * freedom).astype(np.int64)
+    samples = np.rint(axes * [hold.samples - 1 for hold in holds]).astype(np.int64)
     both[calm], known[calm] = _moderated(both[calm], single[calm], known[calm], samples[calm])
     # what it is along gravity over its mean, by the axes that gravity lies along
     rows = np.flatnonzero(calm & (both > 0.0))
     part = up**2 @ _share_of_axes([holds[k] for k in rows.tolist()], (both / times)[rows])
+    part[rows] *= _by_force([holds[k] for k in rows.tolist()], up[rows], part[rows], both[rows])
     own = shrunk(np.where(swayed, along * times / part, both), np.where(swayed, freedom, known))
     return HoldNoise(
         np.where(swayed, own, both) * part / times,
@@ -109,14 +114,48 @@ def _share_of_axes(holds: Sequence[Hold], level: FloatArray) -> FloatArray:
     if not holds:
         return np.ones(3)
     means = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
-    scatters = [hold.accelerometer_scatter for hold in holds]
-    singles = np.array([np.full(3, np.nan) if one is None else one for one in scatters])
+    singles = _samples_alone(holds)
     # each hold counts alike, however noisy it is
     mean, single = (np.mean(one / level[:, None], axis=0) for one in (means, singles))
     freedom = np.full(3, sum(hold.noise_freedom for hold in holds))
     samples = np.full(3, sum(hold.samples - 1 for hold in holds))
     found, _ = _moderated(mean, single, freedom, samples)
     return found / found.mean() if found.all() else np.ones(3)
+
+
+def _by_force(
+    holds: Sequence[Hold], up: FloatArray, part: FloatArray, both: FloatArray
+) -> FloatArray:
+    """Noise along gravity over what the axes make of it in all holds, as variances, shape (n,).
+
+    Of some sensors an axis is noisier under force, so that the noise along gravity is the larger
+    the fewer axes share it. Where the samples of the holds differ in this by no more than chance,
+    it is one.
+
+    Args:
+        holds: in which the device did not sway.
+        up: gravity's direction in each, shape (n, 3).
+        part: noise along it over the mean of the axes, by the axes alone, shape (n,).
+        both: variance × time of the mean in each, over the axes, shape (n,).
+    """
+    single = _samples_alone(holds)
+    if not len(single) or not (single > 0.0).all():
+        return np.ones(len(holds))
+    along = up**2 * single
+    times = np.array([hold.end - hold.start for hold in holds])
+    samples = np.array([hold.samples - 1 for hold in holds])
+    many = samples / max(median(both / times / single.mean(axis=1)), 1.0)
+    # the same samples are in both, and where all axes share gravity nothing is left to chance
+    apart = along / along.sum(axis=1)[:, None] - single / single.sum(axis=1)[:, None]
+    freedom = many / np.maximum((apart**2).sum(axis=1), MIN_CHANCE)
+    return shrunk(along.sum(axis=1) / (part * single.mean(axis=1)), freedom)
+
+
+def _samples_alone(holds: Sequence[Hold]) -> FloatArray:
+    """Variance of each axis of the means if samples are independent, NaN where unknown, (n, 3)."""
+    scatters = [hold.accelerometer_scatter for hold in holds]
+    unknown = np.full(3, np.nan)
+    return np.array([unknown if one is None else one for one in scatters]).reshape(-1, 3)
 
 
 def own_noise(holds: Sequence[Hold]) -> HoldNoise:

@@ -16,6 +16,7 @@ from imucal_wizard.measurement.rounding import (
     noise_at_one_place,
     resolution_of,
     rounding_variance,
+    slope_at_one_place,
     variance_before_rounding,
 )
 
@@ -76,6 +77,11 @@ def rate_shift(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
 def rate_place(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     """The same if the rests could lie at any place between two steps."""
     return rounding_variance(noise_at_one_place(_rates_at_rest(holds), step)[0], step)
+
+
+def rate_slope(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """See ``slope_at_one_place``, of the mean rates of holds, shape (3,)."""
+    return slope_at_one_place(_rates_at_rest(holds), step)
 
 
 def rate_step(rotations: Sequence[Rotation]) -> FloatArray:

@@ -1,5 +1,7 @@
 """What is said of a gyroscope that shows how the Earth turns."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from benchmarks.gyroscope_bound import DEVICES, GRAVITY, RATE, Session, fitted
@@ -51,3 +53,13 @@ def test_the_earth_leaves_the_model_complete_and_is_told() -> None:
     assert bench is not None
     listed = {one.term: one.lacking for one in entries_of(bench, bench.look())}
     assert listed["earth-rate"] == "every fit of these data allows for it"
+
+
+def test_a_gyroscope_in_coarse_steps_reads_the_earth_wrongly_and_that_is_no_effect() -> None:
+    """Inside a step it reads nothing of the Earth's rate, and at the edge of one several times it.
+
+    Rests that differ by more than their noise are no sign of an effect that follows gravity.
+    """
+    coarse = replace(QUIET, rate=(0.03, 0.03, 0.03), step=0.25)
+    said = [diagnosed(Session(coarse, seed)) for seed in range(3, 9)]
+    assert [one.verdict for one in said] == [Verdict.COMPLETE] * len(said)

@@ -46,6 +46,21 @@ def test_a_rotation_in_which_samples_are_missing_is_told() -> None:
     assert any("samples are missing or repeated" in text for text in lost.warnings)
 
 
+def test_all_rotations_in_which_samples_are_missing_are_told() -> None:
+    """Each spoils the fit of the others, so none is found by leaving out one alone."""
+    report, readings = fitted(poses="26", seed=3)
+    numbers = [4, 9, 13, 18, 21]
+    for number in reversed(numbers):  # what is later keeps its times
+        one = report.rotations[number]
+        when = 0.6 * one.time[0] + 0.4 * one.time[-1]
+        readings = closed(readings, when, when + 0.15)
+    lost = fit_readings(readings)
+    assert [k for k, one in enumerate(lost.rotations) if one.problem] == numbers
+    gyroscope, before = lost.sensors["gyroscope"], report.sensors["gyroscope"]
+    assert gyroscope.rms_held_out == pytest.approx(before.rms_held_out, rel=0.2)
+    assert any("in rotations 5, 10, 14, 19 and 22 the rate" in text for text in lost.warnings)
+
+
 def test_a_rotation_that_moved_otherwise_is_not_said_to_lack_samples() -> None:
     """A hold that was moved spoils two rotations, whose rates go on."""
     report, readings = fitted(poses="26", seed=3)

@@ -114,19 +114,27 @@ def test_times_of_arrival_are_told_from_loss(tmp_path: Path) -> None:
     assert not _told(readings, "samples are missing")
 
 
-def _in_bursts(rng: np.random.Generator) -> FloatArray:
-    """Times at which samples of 100 Hz were read, some at a time, from a buffer of the link."""
+def _in_bursts(rng: np.random.Generator, apart: float = 0.002) -> FloatArray:
+    """Times at which samples of 100 Hz were read, some at a time, from a buffer of the link.
+
+    Args:
+        rng: for how many they are and how late.
+        apart: time between two of them, s; 0 where all that come together have one time.
+    """
     sizes = rng.integers(3, 9, 800)
     ends = np.cumsum(sizes)
     late = ends / 100.0 + rng.uniform(0.0, 0.008, len(ends))
     return np.concatenate(
-        [end + 0.002 * np.arange(1 - size, 1) for end, size in zip(late, sizes, strict=True)]
+        [end + apart * np.arange(1 - size, 1) for end, size in zip(late, sizes, strict=True)]
     )
 
 
+@pytest.mark.parametrize("apart", [0.002, 0.0])
 @pytest.mark.parametrize("header", ["t[s]", "t"])
-def test_samples_that_arrived_in_bursts_are_spread_evenly(tmp_path: Path, header: str) -> None:
-    time = _in_bursts(np.random.default_rng(4))
+def test_samples_that_arrived_in_bursts_are_spread_evenly(
+    tmp_path: Path, header: str, apart: float
+) -> None:
+    time = _in_bursts(np.random.default_rng(4), apart)
     readings = _timed(tmp_path, time, header)
     assert len(readings) == len(time)
     own = readings.accelerometer.time
