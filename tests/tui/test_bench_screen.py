@@ -11,6 +11,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.views import views_of
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
@@ -232,7 +233,12 @@ async def test_the_gyroscope_is_one_key_away_and_shows_turns_and_rest(
 
 async def test_it_is_reached_from_the_result_and_left_again(bent: FitReport) -> None:
     source = fakes.FakeSource(Status(step=StepKind.RESULT, elapsed=600.0, holds=24))
-    services = replace(fakes.services(source), fit=lambda _collected, _snapshot: bent)
+    lacking = fakes.diagnoses(accelerometer=Verdict.MISSING)
+    services = replace(
+        fakes.services(source),
+        fit=lambda _collected, _snapshot: bent,
+        diagnose=lambda _benches: lacking,
+    )
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
         await open_from_wizard(pilot)
         await shows(pilot, "BENCH  accelerometer", "▸ second-order")
