@@ -10,8 +10,8 @@ from imucal_wizard.core.quantities import number
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.views import views_of
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.views import views_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
