@@ -12,11 +12,13 @@ degrees of freedom.
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.explained_variance import discriminability
 from imucal_wizard.diagnose.hypotheses import UNKNOWN, visible
@@ -25,13 +27,16 @@ from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSe
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, likely_noise, members
 from imucal_wizard.diagnose.verdict import (
+    MAX_SHARE_LEFT_BY_PROBABLE,
     MAX_UNKNOWN_PROBABILITY,
     MIN_FAMILY_PROBABILITY,
     needed,
+    share_left,
 )
 from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, residual_table
+from imucal_wizard.estimate.lack_of_fit import lack_without
 
 SEEN_SHARE = 0.95
 """Share of recordings in which a misfit of the size reported is seen."""
@@ -185,15 +190,22 @@ class Detectability:
         """The fit with the likeliest effects, if the model likely lacks them and nothing else.
 
         What the model lacks would count as noise, and hide all but the largest effects. Where they
-        leave more than noise, no effect is named before that is found: it hides others as well.
+        leave more than noise, no effect is named before that is found: it hides others as well. Of
+        effects so large that they are not linear, one step of the fit leaves some.
         """
         likeliest = set(self._hypotheses.likeliest_effects(self._posterior))
         every = self._misfit.candidates
         chosen = [one for one in every if (one.term, one.variant) in likeliest]
         if chosen and self._posterior.single[0] < MAX_COMPLETE:
             columns = np.concatenate([one.columns for one in chosen], axis=1)
-            if self._misfit.lack_beside(columns).within_noise:
+            left, before = self._misfit.lack_beside(columns), self._misfit.lack_of_fit()
+            if left.within_noise:
                 return self._misfit.with_effects(chosen)
+            if share_left(before, left) <= MAX_SHARE_LEFT_BY_PROBABLE:
+                with suppress(DataError):
+                    found = self._misfit.fitted_with(chosen)
+                    if lack_without(residual_table(found), np.zeros(0, np.intp)).within_noise:
+                        return found
         return self._misfit.with_effects([])
 
     @cached_property

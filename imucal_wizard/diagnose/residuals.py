@@ -16,7 +16,7 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, with_effects
+from imucal_wizard.estimate.fit import Minimum, minimum, with_effects
 from imucal_wizard.estimate.lack_of_fit import LackOfFit, Visits, lack_of_fit
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effect import Effect
@@ -127,6 +127,15 @@ class WhitenedResiduals:
         columns = np.column_stack([np.zeros((len(self), 0)), *(one.columns for one in candidates)])
         # an effect of size s leaves what adding s to the model takes away
         return with_effects(self.minimum, terms, -self.independent.rows(self.measured(columns)))
+
+    def fitted_with(self, candidates: Sequence[Candidate]) -> Minimum[Experiment]:
+        """Where the fit arrives with effects that are too large for one step.
+
+        Raises:
+            DataError: it does not converge.
+        """
+        at, terms = self.minimum, [Term(one.effect, one.variant) for one in candidates]
+        return minimum(at.experiment, (*at.terms.terms, *terms), at.base, at.directions)
 
     @property
     def visits(self) -> Visits:

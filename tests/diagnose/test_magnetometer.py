@@ -129,6 +129,17 @@ def test_a_hidden_effect_is_added_with_its_size_and_the_error_falls_to_the_noise
     assert last.rms_held_out < 1.5 * last.floor < 0.2 * first.rms_held_out
 
 
+def test_a_drift_too_large_for_one_step_of_the_fit_does_not_count_as_noise() -> None:
+    """Else the sizes told would be several times those of the same session without it."""
+    told = []
+    for hidden in ((), ("magnetometer/bias-drift:1.5:y",)):
+        found = field_bench(tumbled(*hidden)).look()
+        (drift,) = (one for one in found.suspects if one.term == "bias-drift")
+        told.append(drift.detectable)
+    # draws of the noise change a size by 2 to 5 %, another estimate of its scale by as much
+    np.testing.assert_allclose(told[1], told[0], rtol=0.2)
+
+
 def test_a_field_of_the_room_is_not_attributed_to_the_sensor() -> None:
     benches = tumbled("magnetometer/field-gradient:12:x")
     bench = field_bench(benches)

@@ -36,6 +36,8 @@ USUAL_FIELD = 50.0
 """Field in µT that a usual size of an effect belongs to where nothing tells the field of counts."""
 WHOLE = 0.01
 """Of a step, by which a whole number of steps may be off: readings are printed with few digits."""
+EQUAL_NOISE = 1.96
+"""Standard errors within which the noise of means is that of independent samples: a 5 % test."""
 SPIKE_SIGMAS = 8.0
 """Robust standard deviations of a sample from the mean of its neighbours that no motion makes."""
 SAME_FIELD = np.radians(6.0)
@@ -156,7 +158,10 @@ def field_data(
     (reading,) = pieces.scatter(values)
     single, freedom = pieces.noise(np.linalg.norm((values - bias) @ matrix.T, axis=1))
     per_sample = pieces.spread(shrunk(single, freedom))
-    noise = piece_noise(pieces, size, per_sample) * per_sample
+    ratio, error = piece_noise(pieces, size, per_sample)
+    # thousands of samples know their own scatter far better than the means of pieces do
+    white = ratio > 0.0 and abs(np.log(ratio)) < EQUAL_NOISE * error
+    noise = (1.0 if white else ratio) * per_sample
     inward = pieces.mean(magnetic @ matrix / size[:, None])
     # the samples of a rest share what rounding does; in motion readings pass many steps, and it
     # averages out

@@ -53,6 +53,12 @@ CHANGED_NOISE = 20.0
 hundred places in a recording: by chance it is as large in less than one of a hundred of them."""
 PARABOLA_SAMPLES = 32
 """Samples along which noise is told from a course: of fewer, a parabola takes much of the noise."""
+MEAN_WITHIN_THREE_SIGMAS = 0.9733
+"""Mean square of a normal variable, over its variance, where it is within three standard
+deviations: P(χ²₃ < 9) / P(χ²₁ < 9)."""
+TOGETHER = 35.0 / 18.0
+"""Variance of a mean of squares of second differences over that of independent ones: white noise
+correlates neighbours by −2/3, the next ones by 1/6, and 1 + 2 (4/9 + 1/36) = 35/18."""
 DIRECTION_CELLS = np.array([*FACES.values(), *CORNERS.values()])
 """Directions that are told apart: what is nearest to one of them is left out together."""
 
@@ -379,24 +385,32 @@ def slices(
     return np.append(np.flatnonzero(alive), count).astype(np.int64)
 
 
-def piece_noise(pieces: Pieces, magnitude: FloatArray, single: FloatArray | float = 1.0) -> float:
+def piece_noise(
+    pieces: Pieces, magnitude: FloatArray, single: FloatArray | float = 1.0
+) -> tuple[float, float]:
     """Variance times samples of a mean over that of single samples.
 
     From three pieces that follow one another, by how far the middle one is off the line through the
-    others, whose course over a turn is not noise; by the median, so that a step does not count.
+    others, whose course over a turn is not noise. What is beyond three standard deviations, as at a
+    step, does not count.
 
     Args:
         pieces: of the recording.
         magnitude: of each piece's corrected field, shape (p,).
         single: variance of a sample in each piece, shape (p,), or of all.
+
+    Returns:
+        the ratio, and its standard error over itself.
     """
     each = np.broadcast_to(single, np.shape(magnitude)) / pieces.count
     total = each[:-2] + 4.0 * each[1:-1] + each[2:]
     counted = ~(pieces.apart[1:-1] | pieces.apart[2:]) & (total > 0.0)
     if not counted.any():
-        return 0.0
+        return 0.0, np.inf
     squares = np.diff(magnitude + pieces.extra, 2)[counted] ** 2 / total[counted]
-    return median(squares) / MEDIAN_CHI_SQUARE
+    inside = squares <= 9.0 * median(squares) / MEDIAN_CHI_SQUARE
+    ratio = float(squares[inside].mean()) / MEAN_WITHIN_THREE_SIGMAS
+    return ratio, float(np.sqrt(2.0 * TOGETHER / inside.sum()))
 
 
 def visits_of(pieces: Pieces, poses: IntArray) -> IntArray:
