@@ -32,7 +32,8 @@ class Clock(Effect):
     """``ε_i = c (t − t₀) w_i``: one share of every rate on all axes, which changes with time.
 
     ``t₀`` is the middle of the session. A constant error of the clock is exactly one scale error
-    of all three axes, and no data of the sensor distinguish these.
+    of all three axes, and no data of the sensor distinguish these. A changing one is exactly a
+    drift of the scale by three equal coefficients.
     """
 
     name = "clock"
@@ -43,6 +44,7 @@ class Clock(Effect):
     title = "drift of the sample clock"
     equation = "ε_i = c (t − t₀) w_i"
     order = 39
+    aliases = ("scale-drift",)
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The frequency of the oscillator that times the samples changes as it warms up "
@@ -53,12 +55,15 @@ class Clock(Effect):
             signature="Early rotations are measured too large and late ones too small, or vice "
             "versa, by the same share about every axis and in both senses.",
             needs="Rotations about all axes early and late. A clock that is wrong by a constant "
-            "share is equivalent to a scale error and cannot be seen. While the temperature only "
-            "rises, three scale factors with the same temperature coefficient look the same.",
+            "share is equivalent to a scale error and cannot be seen, and one that changes is "
+            "equivalent to a drift of the three scales by equal coefficients. While the "
+            "temperature only rises, three scale factors with the same temperature coefficient "
+            "look the same.",
             remedy="Use the sensor's own sample counter or time stamps with a better clock, let "
             "the device warm up first, or add the term.",
             confirm="Count the samples in a quarter of an hour of an accurate clock, once cold "
-            "and once warm: the sampling rate differs by the same share.",
+            "and once warm: the sampling rate differs by the same share. A drift of the scales "
+            "leaves it as it is.",
             source="IEEE Std 1139, frequency stability; data sheets of sensors with an RC or PLL "
             "oscillator state its drift with temperature.",
         ),
