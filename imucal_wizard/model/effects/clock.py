@@ -17,6 +17,7 @@ from imucal_wizard.model.effect import (
     Story,
     c_number,
     sensed,
+    since_middle,
 )
 
 _SIZE = Size(
@@ -77,8 +78,8 @@ class Clock(Effect):
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, 1)."""
         del variant
-        minutes = (c.time - c.reference_time) / 60.0
-        return np.asarray(_SIZE.si * (sensed(sensor, c) * minutes[:, None])[:, :, None])
+        share = _SIZE.si * since_middle(c)
+        return np.asarray((sensed(sensor, c) * share[:, None])[:, :, None])
 
     def c_columns(
         self, sensor: str, variant: float | None = None

@@ -17,9 +17,8 @@ from imucal_wizard.model.effect import (
     Size,
     Story,
     sensed,
+    since_middle,
 )
-
-_MINUTE = 60.0
 
 
 class ScaleDrift(AxisEffect):
@@ -102,8 +101,7 @@ class ScaleDrift(AxisEffect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """``(t − t₀) x_i``, min·g or min·°/s."""
         del variant
-        minutes = (c.time - c.reference_time) / _MINUTE
-        return np.asarray(minutes[:, None] * sensed(sensor, c), np.float64)
+        return np.asarray(since_middle(c)[:, None] * sensed(sensor, c), np.float64)
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""
