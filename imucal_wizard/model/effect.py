@@ -431,6 +431,11 @@ def warmth(c: Circumstances) -> FloatArray:
     return np.nan_to_num(c.temperature - c.reference_temperature, nan=0.0)
 
 
+def since_middle(c: Circumstances) -> FloatArray:
+    """Time from the session's middle, min, shape (n,)."""
+    return (c.time - c.reference_time) / 60.0
+
+
 SMALLEST_SIDE = 3
 """Holds on either side of a step; with fewer, disturbed holds are the plainer explanation."""
 

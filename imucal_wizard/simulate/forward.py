@@ -114,6 +114,11 @@ def scale_temperature(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray
     return (c.temperature - REFERENCE_TEMPERATURE) * c.sensed[:, axes[0]]
 
 
+def scale_drift(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
+    """``K t a_i``: a gain that changes by the minute."""
+    return c.minutes * c.sensed[:, axes[0]]
+
+
 def scale_step(c: TrueCircumstances, axes: tuple[int, ...]) -> FloatArray:
     """``K a_i from the step on``."""
     return np.where(c.minutes >= c.step, c.sensed[:, axes[0]], 0.0)

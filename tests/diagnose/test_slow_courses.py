@@ -73,6 +73,35 @@ def test_a_warm_up_is_named_alone_beside_a_temperature_in_whole_degrees_that_swi
     assert opinion.terms == (("warm-up",),)
 
 
+def _gain(share: Course) -> Course:
+    """An error by a share of the force on two axes that changes with the time, (n,) to (n, 3)."""
+    report, _ = fitted(poses="26", seed=5)
+    forces = np.array([hold.accelerometer for hold in report.holds])
+    return lambda time: share(time)[:, None] * forces * np.array([1.0, -0.6, 0.0])
+
+
+def test_a_scale_that_drifts_at_a_steady_temperature_is_named_alone() -> None:
+    """By 2000 ppm in five minutes, as the supply voltage falls: no step and no temperature."""
+    opinion = _opinion(_gain(lambda t: 2e-3 * t / 300.0), lambda t: 24.0 + 0.0 * t)
+    assert opinion.verdict is Verdict.MISSING
+    assert opinion.terms == (("scale-drift",),)
+
+
+def test_a_scale_that_drifts_while_the_temperature_rises_may_follow_either() -> None:
+    opinion = _opinion(_gain(lambda t: 2e-3 * t / 300.0), lambda t: 24.0 + 6.0 * t / 300.0)
+    assert opinion.verdict is Verdict.AMBIGUOUS
+    assert {("scale-drift",), ("scale-temperature",)} <= {*opinion.explanations}
+
+
+def test_a_scale_that_follows_a_temperature_that_swings_is_no_drift() -> None:
+    opinion = _opinion(
+        _gain(lambda t: 1e-3 * np.sin(2.0 * np.pi * t / 200.0)),
+        lambda t: 24.0 + 3.0 * np.sin(2.0 * np.pi * t / 200.0),
+    )
+    assert opinion.verdict is Verdict.MISSING
+    assert opinion.terms == (("scale-temperature",),)
+
+
 def test_one_effect_is_told_before_pairs() -> None:
     """Only the first explanations are told, and pairs may be many."""
     warm = _warm(150.0)

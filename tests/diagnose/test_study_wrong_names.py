@@ -22,9 +22,11 @@ def test_structure_is_not_given_the_name_of_what_it_resembles() -> None:
 
 @pytest.mark.parametrize("name", FOUND)
 def test_what_is_in_the_catalogue_is_found_and_its_aliases_are_listed(name: str) -> None:
-    """A late axis together with the products of rates that it cannot be told from."""
+    """A late axis with products of rates, a clock with three scales that drift alike."""
     for one in answers(name):
         assert one.names
         assert not one.wrong
         if name == FOUND[0]:
             assert ("axis-delay", "cross-product") in one.names
+        if name == FOUND[1]:
+            assert ("clock", "scale-drift") in one.names

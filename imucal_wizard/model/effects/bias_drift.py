@@ -14,9 +14,8 @@ from imucal_wizard.model.effect import (
     Circumstances,
     Size,
     Story,
+    since_middle,
 )
-
-_MINUTE = 60.0
 
 
 class BiasDrift(BiasEffect):
@@ -109,7 +108,7 @@ class BiasDrift(BiasEffect):
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
         """``t − t₀``, min."""
         del variant
-        return (c.time - c.reference_time) / _MINUTE
+        return since_middle(c)
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""

@@ -17,6 +17,7 @@ from imucal_wizard.model.effect import (
     Story,
     c_number,
     sensed,
+    since_middle,
 )
 
 _SIZE = Size(
@@ -32,7 +33,8 @@ class Clock(Effect):
     """``ε_i = c (t − t₀) w_i``: one share of every rate on all axes, which changes with time.
 
     ``t₀`` is the middle of the session. A constant error of the clock is exactly one scale error
-    of all three axes, and no data of the sensor distinguish these.
+    of all three axes, and no data of the sensor distinguish these. A changing one is exactly a
+    drift of the scale by three equal coefficients.
     """
 
     name = "clock"
@@ -43,6 +45,7 @@ class Clock(Effect):
     title = "drift of the sample clock"
     equation = "ε_i = c (t − t₀) w_i"
     order = 39
+    aliases = ("scale-drift",)
     stories: Mapping[str, Story] = {
         GYROSCOPE: Story(
             what="The frequency of the oscillator that times the samples changes as it warms up "
@@ -53,12 +56,15 @@ class Clock(Effect):
             signature="Early rotations are measured too large and late ones too small, or vice "
             "versa, by the same share about every axis and in both senses.",
             needs="Rotations about all axes early and late. A clock that is wrong by a constant "
-            "share is equivalent to a scale error and cannot be seen. While the temperature only "
-            "rises, three scale factors with the same temperature coefficient look the same.",
+            "share is equivalent to a scale error and cannot be seen, and one that changes is "
+            "equivalent to a drift of the three scales by equal coefficients. While the "
+            "temperature only rises, three scale factors with the same temperature coefficient "
+            "look the same.",
             remedy="Use the sensor's own sample counter or time stamps with a better clock, let "
             "the device warm up first, or add the term.",
             confirm="Count the samples in a quarter of an hour of an accurate clock, once cold "
-            "and once warm: the sampling rate differs by the same share.",
+            "and once warm: the sampling rate differs by the same share. A drift of the scales "
+            "leaves it as it is.",
             source="IEEE Std 1139, frequency stability; data sheets of sensors with an RC or PLL "
             "oscillator state its drift with temperature.",
         ),
@@ -72,8 +78,8 @@ class Clock(Effect):
     def columns(self, sensor: str, c: Circumstances, variant: float | None = None) -> FloatArray:
         """Shape (n, 3, 1)."""
         del variant
-        minutes = (c.time - c.reference_time) / 60.0
-        return np.asarray(_SIZE.si * (sensed(sensor, c) * minutes[:, None])[:, :, None])
+        share = _SIZE.si * since_middle(c)
+        return np.asarray((sensed(sensor, c) * share[:, None])[:, :, None])
 
     def c_columns(
         self, sensor: str, variant: float | None = None
