@@ -112,7 +112,7 @@ def test_with_a_magnetometer_the_effect_may_be_its_and_goes_on_with_the_session(
     tmp_path: Path,
 ) -> None:
     """Some of them are currents: an ammeter is there always, so that it gives nothing away."""
-    made = [draw_exercise_session(number, magnetometer=True) for number in range(80)]
+    made = [draw_exercise_session(number, magnetometer=True) for number in range(200)]
     hidden = {one.truth.term for one in made if one.truth.sensor == "magnetometer"}
     assert {"current", "bias-temperature"} <= hidden
     assert not any(
