@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import RotationStatus, Status
@@ -27,7 +28,9 @@ def fitting(source: fakes.FakeSource, *reports: FitReport) -> fakes.FakeServices
     def fit(_collected: Collected, _snapshot: Snapshot) -> FitReport:
         return left.pop(0) if left[1:] else left[0]
 
-    return replace(fakes.services(source), fit=fit)
+    # the bench opens on the accelerometer
+    lacking = fakes.diagnoses(accelerometer=Verdict.MISSING)
+    return replace(fakes.services(source), fit=fit, diagnose=lambda _benches: lacking)
 
 
 @pytest.mark.study
