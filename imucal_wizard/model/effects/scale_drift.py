@@ -66,7 +66,9 @@ class ScaleDrift(AxisEffect):
             "versa; poses with the axis level do not change.",
             needs="Both faces of each axis early, in the middle and late. While the temperature "
             "only rises, a temperature coefficient of the scale looks the same; with few repeats "
-            "a step of the scale does, too.",
+            "a step of the scale does, too. In "
+            "one session a scale that wanders at random may look like a drift; the next session "
+            "then shows another slope.",
             remedy="Supply the sensor from a regulator and wait until the device has settled, or "
             "calibrate again before use. Do not apply the slope outside the session: it seldom "
             "continues.",
@@ -88,7 +90,8 @@ class ScaleDrift(AxisEffect):
             needs="Rotations about each axis early, in the middle and late. With the same "
             "coefficient on all three axes it is exactly the drift of a sample clock, which no "
             "rotations separate from it. While the temperature only rises, a temperature "
-            "coefficient of the scale looks the same.",
+            "coefficient of the scale looks the same. In one session a scale that wanders at "
+            "random may look like a drift; the next session then shows another slope.",
             remedy="Supply the sensor from a regulator, or calibrate again before use. Do not "
             "apply the slope outside the session: it seldom continues.",
             confirm="Rotate the device by one full circle against a stop at a steady temperature, "
