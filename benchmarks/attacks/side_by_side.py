@@ -195,6 +195,8 @@ while True:
     session.write_pieces([(number / 100.0, b"line %d\\n" % number * 40)])
     if number % 7 == 0:
         session.commit()
+    if number == 7:
+        print("kept", flush=True)
     time.sleep(0.0005)
 """
 
@@ -215,6 +217,8 @@ def copies(count: int, chance: np.random.Generator) -> Iterator[str]:
                     if there.exists():
                         shutil.copyfile(there, f"{folder / path.name}{end}")
                 yield _copied(folder / path.name)
+            assert writer.stdout is not None
+            writer.stdout.readline()  # on a busy machine nothing may be kept yet
         finally:
             writer.kill()
             writer.communicate()

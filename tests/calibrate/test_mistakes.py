@@ -20,6 +20,8 @@ from imucal_wizard.measurement.data_quality import check_recording, missing_samp
 from imucal_wizard.measurement.rounding import in_steps, resolution_of
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 
 def _during(readings: Readings, start: float, end: float) -> slice:
     first, last = np.searchsorted(readings.accelerometer.time, (start, end))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.gyroscope_bound import DEVICES, GRAVITY, RATE, Session, fitted
 from imucal_wizard.core.readings import FloatArray
@@ -14,6 +15,8 @@ from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import FitReport
+
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
 QUIET = next(one for one in DEVICES if "18 poses, 0.002" in one.name)
 

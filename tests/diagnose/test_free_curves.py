@@ -25,6 +25,8 @@ from imucal_wizard.report.calibration_record import sensor_record
 from tests.diagnose.recordings import MG
 from tests.diagnose.test_automatic import OneBench
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 SIGMA = 0.05
 """Noise of a hold's mean, mg."""
 Error = Callable[[FloatArray, FloatArray], FloatArray]
@@ -160,7 +162,6 @@ def test_the_poses_asked_for_show_the_width() -> None:
     assert 0.04 < steep.width < 0.22
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_a_curve_can_be_added_held_out_shown_and_applied() -> None:
     found = bench(lambda f, m: 3.0 * step(f, m), everywhere())
     before = found.fit.rms_held_out

@@ -25,6 +25,8 @@ from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.diagnose.recordings import tumbled
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 
 def recorded(*hidden: str) -> tuple[FitReport, Readings]:
     """A recording of a tumbled device, and its fit."""

@@ -23,6 +23,8 @@ from imucal_wizard.model.catalogue import effect
 from tests.diagnose.recordings import fitted
 from tests.estimate.whole_session import Session
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 K2 = Explained(effect("second-order"), None, np.array([2.0, 0.0, 0.0]))
 ASYMMETRY = Explained(effect("asymmetry"), None, np.array([3.0, 0.0, 0.0]))
 

@@ -15,6 +15,8 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_readings
 from tests.shared_data import shared_data
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 PLAIN = RecordingOptions(
     columns=("ax", "ay", "az", "gx", "gy", "gz"),
     rate=100.0,

@@ -25,6 +25,8 @@ from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from tests.diagnose.recordings import fitted
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 
 def dense(found: Minimum[Experiment], sigma: float, effect: FloatArray) -> float:
     """The marginal likelihood with the covariance of all rows written out."""
@@ -66,7 +68,6 @@ def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
     assert np.logaddexp.reduce(whole) == pytest.approx(np.logaddexp.reduce(each), abs=1e-6)
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     """Alone the accelerometer cannot; text and document show both closures, and who decided."""
     benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))

@@ -15,6 +15,8 @@ from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.model.effect import Circumstances
 from tests.diagnose.recordings import MG, fitted, refitted
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 AXES = np.array([1.0, -0.6, 0.8]) * MG
 Course = Callable[[FloatArray], FloatArray]
 

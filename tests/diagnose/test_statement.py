@@ -41,6 +41,8 @@ from imucal_wizard.report.bench_text import bench_text
 from imucal_wizard.report.text import errors_text, interval_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 
 def benches(*hidden: str, rotations: int = 0) -> Benches:
     """Of a recording with 18 poses; without rotations, as if there were no gyroscope."""
@@ -69,7 +71,6 @@ def test_a_missing_effect_is_told_with_size_cost_and_the_fall_of_the_error() -> 
         assert words in text
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_an_effect_that_leaves_the_error_as_it_is_would_bring_nothing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -87,7 +88,6 @@ def test_an_effect_that_leaves_the_error_as_it_is_would_bring_nothing(
     assert "would leave the error" in text
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_a_complete_model_states_the_detectable_sizes() -> None:
     (said,) = diagnose_benches(benches(), {}, automatic=True)
     assert said.verdict is Verdict.COMPLETE
@@ -414,7 +414,6 @@ def test_a_term_for_a_gyroscope_that_is_not_there_is_refused() -> None:
         diagnose_benches(benches(), {"gyroscope": ["g-sensitivity"]}, automatic=False)
 
 
-@pytest.mark.usefixtures("rough_sizes")
 def test_document_and_text_are_made_of_every_statement() -> None:
     """Numbers, words and nulls only; no line of text is wider than a terminal."""
     statements = (

@@ -13,6 +13,8 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_readings
 from tests.diagnose.recordings import fitted
 
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+
 
 def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
     """The moment is fitted inside the rotation, not put half way between its holds."""

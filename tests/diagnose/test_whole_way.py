@@ -6,6 +6,8 @@ behind the screens; what the procedure collected goes to the fit and on to the b
 
 from pathlib import Path
 
+import pytest
+
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.benches import Benches
@@ -21,6 +23,8 @@ from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach import make_exercise, reveal
 from imucal_wizard.teach.guess import Guess, Outcome, judge_guess
+
+pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
 LONGEST = 400.0
 
