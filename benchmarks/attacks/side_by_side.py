@@ -217,8 +217,8 @@ def copies(count: int, chance: np.random.Generator) -> Iterator[str]:
                     if there.exists():
                         shutil.copyfile(there, f"{folder / path.name}{end}")
                 yield _copied(folder / path.name)
-            assert writer.stdout is not None
-            writer.stdout.readline()  # on a busy machine nothing may be kept yet
+            if writer.stdout is not None:
+                writer.stdout.readline()  # on a busy machine nothing may be kept yet
         finally:
             writer.kill()
             writer.communicate()
