@@ -34,13 +34,17 @@ PIECE = 3.0
 MOMENTS = 6
 """Parts of each of them, whose scatter is white noise."""
 FLICKER_P = 0.05
-"""Probability by white noise alone of Allan variances as flat, above which there is no flicker; and
-by flicker noise of those that fall as far at the longest averages, below which the slow noise is
-one that ends there, as a sway does."""
+"""Probability by white noise alone of Allan variances as large at long averages, above which there
+is no flicker; and by flicker noise of those that fall as far at the longest averages, below which
+it is told by longer averages alone."""
 LONGEST = 0.35
 """Of averages that count as the longest, in units of the longest one: two octaves."""
 ONE_SIDED = 1.645
 """Standard errors above an estimate that hold the truth with a probability of 95 %."""
+DROPPED = 1.5
+"""Length of averages up to which they are then left out, in units of the shortest: an octave."""
+LEAST_SHARE = 0.2
+"""Of the shortest averages in the longest, above which nothing more is left out: three octaves."""
 RISING_P = 0.01
 """Probability by flicker noise of Allan variances that rise as far, below which a random walk, or a
 drift, is seen beside it."""
@@ -202,26 +206,30 @@ class _AllanVariances:
 
     def flicker(self) -> Flicker:
         """Flicker noise, where these variances cannot be without it."""
-        level, share = np.ones(len(self.tau)), self.tau / self.tau.max()
-        size, covariance, unlikely = self.fitted(level)
+        even, share = np.ones(len(self.tau)), self.tau / self.tau.max()
+        size, covariance, unlikely = self.fitted(even)
         without, flat = self.fitted()[2], unlikely
         for rising in (share, share**2):
-            found = self.fitted(level, rising)
+            found = self.fitted(even, rising)
             better = found[0][2] > 0.0 and found[2] < unlikely
             if better and exceeded(flat - found[2], 1.0, EXACT_FREEDOM) < RISING_P:
                 (size, covariance, unlikely), without = found, self.fitted(rising)[2]
-        doubt = float(covariance[1, 1])
-        most = max(float(size[1]), 0.0) + ONE_SIDED * math.sqrt(doubt)
-        expected = size[0] * self.white + size[1]
-        longest = share > LONGEST
+        level, doubt = float(size[1]), float(covariance[1, 1])
+        most = max(level, 0.0) + ONE_SIDED * math.sqrt(doubt)
+        # no flicker noise lies at the border of all that there may be: one of two sides
+        if level <= 0.0 or exceeded(without - unlikely, 1.0, EXACT_FREEDOM) > 2.0 * FLICKER_P:
+            return Flicker(0.0, math.inf, most)
+        expected, longest = size[0] * self.white + level, share > LONGEST
         count = float(self.count[longest].sum())
         left = float((self.count * self.variance / expected)[longest].sum()) / count
-        bounded = 1.0 - exceeded(left, count, EXACT_FREEDOM) < FLICKER_P
-        # no flicker noise lies at the border of all that there may be: one of two sides
-        shown = size[1] > 0.0 and exceeded(without - unlikely, 1.0, EXACT_FREEDOM) < 2.0 * FLICKER_P
-        if bounded or not shown:
+        if 1.0 - exceeded(left, count, EXACT_FREEDOM) > FLICKER_P:
+            return Flicker(level, 2.0 * level**2 / doubt, most)
+        # slow noise that ends at some length, as a sway does, is white in longer averages
+        longer = self.tau > DROPPED * self.tau.min()
+        if share.min() > LEAST_SHARE:
             return Flicker(0.0, math.inf, most)
-        return Flicker(float(size[1]), 2.0 * float(size[1]) ** 2 / doubt, most)
+        parts = (one[longer] for one in (self.white, self.tau, self.count, self.variance))
+        return _AllanVariances(*parts).flicker()
 
 
 def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -> Flicker | None:

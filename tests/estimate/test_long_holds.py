@@ -74,6 +74,17 @@ def test_a_support_that_gives_way_is_no_noise_along_gravity() -> None:
     assert both == pytest.approx(4.0, rel=0.4)
 
 
+def test_slow_noise_that_ends_within_the_holds_is_not_extrapolated() -> None:
+    """Noise three times as large up to averages of 4 s, and beyond them that of white noise."""
+    holds = holds_of(EIGHTEEN, 60.0, np.random.default_rng(13))
+    ending = np.where(np.arange(6) < 3, 1.0, 9.0)[:, None, None]
+    swaying = []
+    for hold in holds:
+        assert hold.allan_covariances is not None
+        swaying.append(replace(hold, allan_covariances=ending * hold.allan_covariances))
+    assert shown(swaying, EIGHTEEN) == 0.0
+
+
 def test_flicker_noise_from_hold_to_hold_is_all_but_what_holds_contain() -> None:
     """A hold's own part and what is added are the kernel about the mean of the session."""
     spans = np.column_stack([66.0 * np.arange(18), 66.0 * np.arange(18) + 60.0])
