@@ -310,11 +310,12 @@ class AccelerometerExperiment(Experiment):
             return self.referred(rows.direction, doubt, excess, basis, hidden, left_open)
 
         excess, hidden = found.balance.variance - system.own, rows.hidden.max(axis=1)
-        known = referred(found.covariance(), excess)
+        # a bias that wanders tilts gravity as much as it changes its size
+        known = referred(found.covariance(), excess + rows.slow)
         if not excess.any():
             return known
         alone = solved(system, system.own, found.balance.precision).covariance
-        return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
+        return replace(known, noise_alone=referred(alone, rows.slow))
 
     def referred(
         self,

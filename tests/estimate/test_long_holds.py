@@ -164,3 +164,14 @@ def test_the_calibration_file_keeps_what_long_holds_show() -> None:
     assert wrong_measurements(kept, [], [], []) == ""
     wrong = msgspec.structs.replace(kept[0], allan_covariances=[[[-1.0, 0.0], [0.0, 1.0]]])
     assert wrong_measurements([wrong], [], [], [])
+
+
+def test_slow_noise_tilts_gravity_as_the_gyroscope_sees_it() -> None:
+    """A bias that wanders across gravity turns its direction: the reference has that variance."""
+    holds = holds_of(EIGHTEEN, 60.0, np.random.default_rng(14), 4.0)
+    found = fit(accelerometer_experiment(holds, STANDARD_GRAVITY, "m/s^2"))
+    assert found.reference is not None
+    assert found.rows is not None
+    tilt = STANDARD_GRAVITY**2 * found.reference.variance
+    assert (tilt > found.rows.slow).all()
+    assert float(found.rows.slow.mean()) > 4.0 * SIGMA**2
