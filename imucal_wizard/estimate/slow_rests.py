@@ -35,16 +35,14 @@ MOMENTS = 6
 """Parts of each of them, whose scatter is white noise."""
 FLICKER_P = 0.05
 """Probability by white noise alone of Allan variances as large at long averages, above which there
-is no flicker; and by flicker noise of those that fall as far at the longest averages, below which
-it is told by longer averages alone."""
-LONGEST = 0.35
-"""Of averages that count as the longest, in units of the longest one: two octaves."""
-ONE_SIDED = 1.645
-"""Standard errors above an estimate that hold the truth with a probability of 95 %."""
+is no flicker noise; and by the noise found of those that differ as much from it, below which the
+shortest averages are left out."""
 DROPPED = 1.5
 """Length of averages up to which they are then left out, in units of the shortest: an octave."""
 LEAST_SHARE = 0.2
 """Of the shortest averages in the longest, above which nothing more is left out: three octaves."""
+ONE_SIDED = 1.645
+"""Standard errors above an estimate that hold the truth with a probability of 95 %."""
 RISING_P = 0.01
 """Probability by flicker noise of Allan variances that rise as far, below which a random walk, or a
 drift, is seen beside it."""
@@ -205,31 +203,47 @@ class _AllanVariances:
         return size, covariance, float(self.count @ (np.log(expected) + self.variance / expected))
 
     def flicker(self) -> Flicker:
-        """Flicker noise, where these variances cannot be without it."""
+        """Flicker noise, where these variances cannot be without it.
+
+        The shortest averages are left out until white noise, flicker noise and what rises beside
+        them explain the others: a tremor, a filter in the sensor and a sway differ from white noise
+        in averages that are not much longer than they last.
+        """
         even, share = np.ones(len(self.tau)), self.tau / self.tau.max()
-        size, covariance, unlikely = self.fitted(even)
-        without, flat = self.fitted()[2], unlikely
+        (size, covariance, unlikely), without = self.fitted(even), self.fitted()[2]
+        expected, flat = size[0] * self.white + size[1], unlikely
         for rising in (share, share**2):
             found = self.fitted(even, rising)
             better = found[0][2] > 0.0 and found[2] < unlikely
             if better and exceeded(flat - found[2], 1.0, EXACT_FREEDOM) < RISING_P:
                 (size, covariance, unlikely), without = found, self.fitted(rising)[2]
+                expected = size[0] * self.white + size[1] + size[2] * rising
         level, doubt = float(size[1]), float(covariance[1, 1])
         most = max(level, 0.0) + ONE_SIDED * math.sqrt(doubt)
+        if self._as_unlike(expected, len(size)) < FLICKER_P:
+            if share.min() > LEAST_SHARE:
+                return Flicker(0.0, math.inf, most)
+            longer = self.tau > DROPPED * self.tau.min()
+            parts = (one[longer] for one in (self.white, self.tau, self.count, self.variance))
+            return _AllanVariances(*parts).flicker()
         # no flicker noise lies at the border of all that there may be: one of two sides
         if level <= 0.0 or exceeded(without - unlikely, 1.0, EXACT_FREEDOM) > 2.0 * FLICKER_P:
             return Flicker(0.0, math.inf, most)
-        expected, longest = size[0] * self.white + level, share > LONGEST
-        count = float(self.count[longest].sum())
-        left = float((self.count * self.variance / expected)[longest].sum()) / count
-        if 1.0 - exceeded(left, count, EXACT_FREEDOM) > FLICKER_P:
-            return Flicker(level, 2.0 * level**2 / doubt, most)
-        # slow noise that ends at some length, as a sway does, is white in longer averages
-        longer = self.tau > DROPPED * self.tau.min()
-        if share.min() > LEAST_SHARE:
-            return Flicker(0.0, math.inf, most)
-        parts = (one[longer] for one in (self.white, self.tau, self.count, self.variance))
-        return _AllanVariances(*parts).flicker()
+        return Flicker(level, 2.0 * level**2 / doubt, most)
+
+    def _as_unlike(self, expected: FloatArray, parameters: int) -> float:
+        """Probability of variances that differ as much from those expected, octave by octave."""
+        if not (expected > 0.0).all():
+            return 0.0
+        octave = np.rint(np.log2(self.tau / self.tau.min())).astype(int)
+        count = np.bincount(octave, self.count)
+        ratio = np.bincount(octave, self.count * self.variance / expected)[count > 0.0]
+        ratio /= (count := count[count > 0.0])
+        freedom = len(count) - parameters
+        if freedom < 1:
+            return 1.0
+        deviance = float(count @ (ratio - 1.0 - np.log(ratio)))
+        return exceeded(deviance / freedom, freedom, EXACT_FREEDOM)
 
 
 def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -> Flicker | None:
