@@ -237,8 +237,8 @@ class _AllanVariances:
             return 0.0
         octave = np.rint(np.log2(self.tau / self.tau.min())).astype(int)
         count = np.bincount(octave, self.count)
-        ratio = np.bincount(octave, self.count * self.variance / expected)[count > 0.0]
-        ratio /= (count := count[count > 0.0])
+        squares = np.bincount(octave, self.count * self.variance / expected)
+        ratio, count = squares[count > 0.0] / count[count > 0.0], count[count > 0.0]
         freedom = len(count) - parameters
         if freedom < 1:
             return 1.0
