@@ -1,6 +1,7 @@
-"""The noise floor, below which no model can go, measured in three ways.
+"""The noise floor, below which no model can go, measured in four ways.
 
 - **within**: noise of an average by the scatter of its block means;
+- **slow**: flicker noise from hold to hold, where long holds show it;
 - **rounding**: step of the readings / √12, which averaging does not lessen where the noise is too
   small to carry a reading from one step to the next;
 - **repeats**: what changes from one visit of a pose to the next (``estimate.repeatability``).
@@ -40,6 +41,7 @@ class Floors:
 
     Attributes:
         within: by block means within the holds; NaN where the sensor never rests.
+        slow: by flicker noise from hold to hold; 0 where the holds show none.
         rounding: step / √12; None where the readings are not at hand.
         dithered: whether averaging takes the rounding away.
         repeats: how far the same pose differs from visit to visit; None without repeats.
@@ -47,6 +49,7 @@ class Floors:
     """
 
     within: float
+    slow: float
     rounding: float | None
     dithered: bool
     repeats: Repeatability | None
@@ -63,8 +66,13 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     table = extended.rows
     assert table is not None  # noqa: S101 (narrows the type)
     rest = rows_at_rest(table)
+    square, slow = float("nan"), 0.0
+    if rest.any():
+        square = float(np.mean(table.floor[rest] ** 2))
+        slow = float(np.mean(table.slow[rest]))
     return Floors(
-        within=float(np.sqrt(np.mean(table.floor[rest] ** 2))) if rest.any() else float("nan"),
+        within=float(np.sqrt(square - slow)),
+        slow=float(np.sqrt(slow)),
         rounding=None if rounding is None else rounding.error,
         dithered=rounding is None or rounding.dithered,
         repeats=extended.repeatability,

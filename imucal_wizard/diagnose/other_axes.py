@@ -81,7 +81,7 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
     def moved(order: FloatArray, value: FloatArray | None) -> FloatArray | None:
         if value is None:
             return None
-        return np.asarray(order @ value @ order.T if value.ndim == 2 else order @ value)
+        return np.asarray(order @ value @ order.T if value.ndim > 1 else order @ value)
 
     return replace(
         hold,
@@ -94,6 +94,7 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         gyroscope_turn=moved(rate, hold.gyroscope_turn),
         gyroscope_quiet=moved(np.abs(rate), hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
+        allan_covariances=moved(force, hold.allan_covariances),
     )
 
 

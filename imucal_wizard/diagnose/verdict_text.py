@@ -21,6 +21,7 @@ from imucal_wizard.diagnose.effect_text import (
     sizes_of,
     sizes_text,
 )
+from imucal_wizard.diagnose.floors import Floors
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.next_poses import (
     ELSEWHERE,
@@ -31,8 +32,10 @@ from imucal_wizard.diagnose.next_poses import (
 from imucal_wizard.diagnose.residuals import beyond_bounds
 from imucal_wizard.diagnose.suspects import Suspect
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
+from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.held_out import items_of
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
+from imucal_wizard.estimate.repeatability import within_freedom
 from imucal_wizard.model.effects.earth_rate import EarthRate
 
 TOO_FEW_RATIO = 3.0
@@ -145,6 +148,34 @@ def _not_measured(bench: Bench) -> list[str]:
     if not bench.measured.at_rest or bench.ladder[-1].floors.repeats is not None:
         return []
     return ["No pose was held twice, so repeatability was not measured."]
+
+
+def _slow_noise(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """What slow noise that long holds show, or do not exclude, has to do with the verdict."""
+    floors, lack = bench.ladder[-1].floors, _opinion(diagnosis).lack
+    if floors.slow:
+        return [
+            (
+                f"Of the noise, {quantity(floors.slow, floors.unit)} is slow noise from hold to "
+                "hold, as far as it grows from that within the holds as flicker noise does."
+            )
+        ]
+    slow, table = bench.measured.slow_noise_not_excluded, bench.fit.rows
+    if diagnosis.verdict is not Verdict.UNEXPLAINED or not slow or table is None:
+        return []
+    ratio, freedom = (
+        lack.ratio**2 / (1.0 + (slow / floors.within) ** 2),
+        bench.fit.degrees_of_freedom,
+    )
+    if exceeded(ratio, freedom, within_freedom(table)) < TEST_LEVEL:
+        return []
+    return [
+        (
+            "Slow noise may be what is left: these holds do not exclude "
+            f"{quantity(slow, floors.unit)} of it from hold to hold. One rest of some minutes, or "
+            "a second visit to some poses, separates it from an error of the sensor."
+        )
+    ]
 
 
 def _missing(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -427,7 +458,7 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     floors = bench.ladder[-1].floors
     repeats = floors.repeats
     assert repeats is not None, "repeats were tested"  # noqa: S101 (narrows the type)
-    size, within = (quantity(one, floors.unit) for one in (repeats.rms, floors.within))
+    size, within = quantity(repeats.rms, floors.unit), _within(floors)
     low, high = (quantity(one, floors.unit) for one in repeats.interval)
     interval = f"90 % interval {low} to {high}, {repeats.freedom} degrees of freedom"
     what, noise = "pose", "noise within a hold"
@@ -444,6 +475,12 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         *([] if curves else ["No model can be judged below this difference."]),
         f"The error is {_against_noise(bench)}.",
     ]
+
+
+def _within(floors: Floors) -> str:
+    """The noise within a hold, and the slow noise that is known beside it."""
+    within = quantity(floors.within, floors.unit)
+    return f"{within}, slow noise {quantity(floors.slow, floors.unit)}" if floors.slow else within
 
 
 def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
@@ -552,7 +589,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         and not found.repeatable
         and diagnosis.verdict in _NOTHING_KNOWN_IS_MISSING
     ):
-        repeats, within = (quantity(size, floors.unit) for size in (found.rms, floors.within))
+        repeats, within = quantity(found.rms, floors.unit), _within(floors)
         if not bench.measured.at_rest:
             where = f"{repeats} from one time to another, {within} within each"
             sentences.append(f"The same direction does not repeat: {where}.")
@@ -574,6 +611,7 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
         )
+    sentences += _slow_noise(diagnosis, bench)
     sentences += map(as_sentence, bench.refused)
     sentences += _warnings(diagnosis, *_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)

@@ -1,5 +1,6 @@
 """The accelerometer: holds become rows of ``|M (y − b) − ε| = g`` with M upper triangular."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import cast
@@ -19,12 +20,13 @@ from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
+from imucal_wizard.estimate.slow_kernels import flicker_between
 from imucal_wizard.estimate.slow_noise import (
     MIN_REPEATS_OF_POSES,
     estimate_slow_errors,
     spans_of,
 )
-from imucal_wizard.estimate.slow_rests import long_rest
+from imucal_wizard.estimate.slow_rests import flicker_in_holds, long_rest
 from imucal_wizard.estimate.split import steps_by_rows
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
@@ -113,9 +115,22 @@ class AccelerometerExperiment(Experiment):
         self.long_rest = (
             None if readings is None else long_rest(readings.accelerometer, holds, gain * np.eye(3))
         )
+        flicker = flicker_in_holds(holds, self.up, noise.accelerometer)
         repeats = len(distinct(labels.visit)) - len(distinct(group))
-        self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or self.long_rest is not None
         self.source = GravityMagnitude(means, own, self.circumstances, gravity, labels)
+        if flicker is not None:
+            wander = gain * flicker_between(labels.span)
+            root = math.sqrt(flicker.variance)
+            if root:
+                self.long_rest = None  # it is among the holds that show the flicker noise
+                self.source = replace(
+                    self.source, wander=root * wander, slow_freedom=flicker.freedom
+                )
+            else:
+                each = math.sqrt(float((wander**2).sum()) / len(wander))
+                self.slow_noise_not_excluded = math.sqrt(flicker.most) * each
+        shown = self.long_rest is not None or self.source.wander.shape[1] > 0
+        self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or shown
         self.sources = (self.source,)
 
     def validated(self, found: SensorFit, holds: Sequence[Hold]) -> SensorFit:
@@ -247,6 +262,7 @@ class AccelerometerExperiment(Experiment):
             variance=found.balance.variance,
             alike=rows.direction @ rows.direction.T,
             pull=pull,
+            independent=found.independent,
         )
 
     def _slow_errors(self, fitted: Fitted, found: Minimum[Experiment]) -> SlowErrors | None:
@@ -294,11 +310,12 @@ class AccelerometerExperiment(Experiment):
             return self.referred(rows.direction, doubt, excess, basis, hidden, left_open)
 
         excess, hidden = found.balance.variance - system.own, rows.hidden.max(axis=1)
-        known = referred(found.covariance(), excess)
+        # a bias that wanders tilts gravity as much as it changes its size
+        known = referred(found.covariance(), excess + rows.slow)
         if not excess.any():
             return known
         alone = solved(system, system.own, found.balance.precision).covariance
-        return replace(known, noise_alone=referred(alone, np.zeros_like(excess)))
+        return replace(known, noise_alone=referred(alone, rows.slow))
 
     def referred(
         self,

@@ -95,10 +95,12 @@ class Experiment(ABC):
         settled: parameters that another fit has determined and that are reported with these.
         on_table: what a rate table did, of a gyroscope that was calibrated by it alone.
         guided: the operator of the wizard can add rows to it; else no next poses are proposed.
-        slow_noise_measured: whether repeats or a long rest show slow noise of the biases; None
-            where that is not asked.
+        slow_noise_measured: whether repeats, a long rest or long holds show slow noise of the
+            biases; None where that is not asked.
         unmeasured_slow_noise: what the report says where they do not.
         shows_slow_noise: what the operator does to show it.
+        slow_noise_not_excluded: slow noise from hold to hold that holds long enough to show some do
+            not exclude although they show none, in ``error_unit``; 0 where that is not known.
     """
 
     sensor: str
@@ -120,6 +122,7 @@ class Experiment(ABC):
     slow_noise_measured: bool | None = None
     unmeasured_slow_noise: str = "slow noise of the biases was not measured"
     shows_slow_noise: str = "repeat some poses or rest for a minute"
+    slow_noise_not_excluded: float = 0.0
 
     @property
     def needs_reference(self) -> bool:

@@ -231,7 +231,9 @@ class HoldMagnitudes:
         as in least squares, ``(1 − H)⁻¹`` times what is then left.
         """
         kept = np.eye(len(rows.own)) + rows.base_columns()[:, list(ENTRY_OF)] @ pull
-        fitted = kept * np.sqrt(rows.own)
+        slow = rows.loading()
+        noise = np.diag(np.sqrt(rows.own))
+        fitted = kept @ (noise if slow is None else np.column_stack([noise, slow.weight]))
         out = fitted.copy()
         for places in groups_by_size(self.experiment.source.labels.group):
             own = kept[places[:, :, None], places[:, None, :]]

@@ -1,10 +1,11 @@
 """The test of lack of fit: whether measured noise explains the residuals.
 
-The noise is what was measured apart from the model: the noise within the holds, and how far the
-same pose differs from one visit to the next. Residuals between directions do not measure it: they
-contain what the model lacks. The residual is tested twice, each time at one per cent:
+The noise is what was measured apart from the model: the noise within the holds, with the slow noise
+that long holds show (``slow_rests``), and how far the same pose differs from one visit to the next.
+Residuals between directions do not measure it: they contain what the model lacks. The residual is
+tested twice, each time at one per cent:
 
-- against the noise within the holds alone, by F with the degrees of freedom of that noise;
+- against the noise that the holds show alone, by F with the degrees of freedom of that noise;
 - where poses were repeated, against that and the variance between visits that the repeats show:
   F of what is left between the directions over the pure error (Draper & Smith, Applied Regression
   Analysis, 2.1). A few repeats hardly bound that variance, but all rows at rest do: rows in motion

@@ -72,9 +72,17 @@ def within_freedom(table: ResidualTable) -> float:
     """Degrees of freedom behind the noise of the rows, of which a hold may have several.
 
     The noise of rotations follows from that of the holds; where there are none, each has its own.
+    Of the slow noise that holds share less may be known: the share that it has in the squares of
+    the whitened rows counts with its own degrees of freedom (Satterthwaite).
     """
     holds = len(distinct(table.item[~table.moving]))
-    return WITHIN_FREEDOM * (holds or len(table))
+    within = WITHIN_FREEDOM * (holds or len(table))
+    slow = min(one.slow_freedom for one in table.sources)
+    if slow == inf:
+        return within
+    alone = np.concatenate([one.own for one in table.at])
+    share = 1.0 - float(np.mean(alone * table.independent.diagonal(1.0 / table.own)))
+    return 1.0 / ((1.0 - share) ** 2 / within + share**2 / slow)
 
 
 def rows_at_rest(table: ResidualTable) -> BoolArray:

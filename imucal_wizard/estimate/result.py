@@ -261,8 +261,9 @@ class SensorFit:
             many.
         repeatability: how far the same pose differs from one visit to the next: what no model of
             the pose can explain; None where no pose was repeated.
-        slow_noise_measured: whether repeated poses or a long rest show how slow noise moves the
-            biases, which is otherwise estimated from the residuals; None where that is not asked.
+        slow_noise_measured: whether repeated poses, a long rest or long holds show how slow noise
+            moves the biases, which is otherwise estimated from the residuals; None where that is
+            not asked.
         suspects: which of the residuals stand out from all others: to be measured again.
         unused: which of the residuals are of holds that the method does not look at, so that they
             are held out as they are.

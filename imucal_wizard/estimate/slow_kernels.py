@@ -22,6 +22,10 @@ Kernel = Callable[[FloatArray], FloatArray]
 OCTAVES = 0.3 * 2.0 ** np.arange(12)
 """Correlation times, s: 0.3 to 600. What is slower than a session is the bias that it has."""
 
+WITHIN = 0.375 / (2.0 * np.log(2.0))
+"""Variance of a mean by flicker noise with B = 1 as the power at one and two cycles of the hold
+tells it, ``h (1 + 1/2) / 4``: see ``holds.mean_and_covariance``."""
+
 SHORTEST = 1e-6
 """Length of an average over its correlation time that is none: a value at one moment."""
 
@@ -76,3 +80,17 @@ def about_the_mean(spans: FloatArray, kernel: Kernel) -> FloatArray:
     of_mean = float(share @ covariance @ share)
     own = covariance[:count, :count]
     return np.asarray(own - with_mean[:, None] - with_mean[None, :] + of_mean)
+
+
+def flicker_between(spans: FloatArray) -> FloatArray:
+    """A root of what flicker noise with a bias instability of one adds to holds, shape (n, m).
+
+    About its mean over the session, and beyond the part that the noise within each hold contains.
+
+    Args:
+        spans: beginning and end of each hold in the order of time, s, shape (n, 2).
+    """
+    beyond = about_the_mean(spans, averaged) - WITHIN * np.eye(len(spans))
+    values, vectors = np.linalg.eigh(beyond)
+    shown = values > 0.0
+    return np.asarray(vectors[:, shown] * np.sqrt(values[shown]))

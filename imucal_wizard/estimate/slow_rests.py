@@ -1,4 +1,17 @@
-"""Slow noise within rests: what changes there is noise of the sensor, apart from any model."""
+"""Slow noise within rests: what changes there is noise of the sensor, apart from any model.
+
+One rest of a minute shows it by itself (``long_rest``). Many holds of a third of a minute show it
+together (``flicker_in_holds``): the Allan variance within them, at averages of τ seconds, is
+
+    σ²(τ) = w/τ + B² + K² τ/3 + R² τ²/2
+
+for white noise, flicker noise, a random walk and a drift (IEEE 952, annex C). The differences of
+halves, quarters, eighths … of each hold are independent under white noise and nearly so under
+flicker noise, so that each Allan variance is a χ² over its degrees of freedom. What is measured
+over some seconds is extrapolated to a session: by flicker noise with the logarithm of the time, by
+a random walk with the time itself. A walk, which hardly differs from a drift, is therefore never
+extrapolated: where the holds show one, only the flicker noise beside it counts.
+"""
 
 import math
 from collections.abc import Sequence
@@ -9,6 +22,8 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
+from imucal_wizard.estimate.noise import SURE
 from imucal_wizard.estimate.slow_kernels import Kernel
 from imucal_wizard.measurement.holds import Hold
 
@@ -18,6 +33,24 @@ PIECE = 3.0
 """Seconds of each of these averages."""
 MOMENTS = 6
 """Parts of each of them, whose scatter is white noise."""
+FLICKER_P = 0.05
+"""Probability by white noise alone of Allan variances as large at long averages, above which there
+is no flicker noise; and by the noise found of those that differ as much from it, below which the
+shortest averages are left out."""
+DROPPED = 1.5
+"""Length of averages up to which they are then left out, in units of the shortest: an octave."""
+LEAST_SHARE = 0.2
+"""Of the shortest averages in the longest, above which nothing more is left out: three octaves."""
+ONE_SIDED = 1.645
+"""Standard errors above an estimate that hold the truth with a probability of 95 %."""
+RISING_P = 0.01
+"""Probability by flicker noise of Allan variances that rise as far, below which a random walk, or a
+drift, is seen beside it."""
+LEAST_EXPECTED = 1e-3
+"""Of an Allan variance, as a share of what the usual white noise makes."""
+SCORING_ROUNDS = 60
+SCORED = 1e-6
+"""Change of the variances, relative, that no longer matters."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,3 +144,138 @@ def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Rest
         lever=np.ones(count),
         rest=np.zeros(count, np.int64),
     )
+
+
+@dataclass(frozen=True)
+class Flicker:
+    """Flicker noise of an axis as holds show it.
+
+    Attributes:
+        variance: B², square of the bias instability, reading units²; 0 where the holds do not tell
+            it from white noise.
+        freedom: degrees of freedom of it.
+        most: the largest that they do not exclude, reading units².
+    """
+
+    variance: float
+    freedom: float
+    most: float
+
+
+@dataclass(frozen=True, eq=False)
+class _AllanVariances:
+    """Allan variances within holds, m of them.
+
+    Attributes:
+        white: what the noise of each hold makes of it if it is white, shape (m,).
+        tau: length of its averages, s, shape (m,).
+        count: degrees of freedom, shape (m,).
+        variance: shape (m,).
+    """
+
+    white: FloatArray
+    tau: FloatArray
+    count: FloatArray
+    variance: FloatArray
+
+    def fitted(self, *shapes: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+        """The likeliest sizes of white noise and of what has these shapes, by Fisher's scoring.
+
+        Args:
+            shapes: what each makes of the variances at size one, shape (m,).
+
+        Returns:
+            The sizes, their covariance, and −2 times the logarithm of the likelihood.
+        """
+        columns = np.column_stack([self.white, *shapes])
+        usual = float(self.count @ (self.variance / self.white)) / float(self.count.sum())
+        size = np.eye(columns.shape[1])[0] * usual
+        for _ in range(SCORING_ROUNDS):
+            # what is expected of each stays positive
+            expected = np.maximum(columns @ size, LEAST_EXPECTED * usual * self.white)
+            weighted = columns * (0.5 * self.count / expected**2)[:, None]
+            covariance = np.linalg.inv(weighted.T @ columns)
+            moved = covariance @ (weighted.T @ self.variance)
+            change, size = np.abs(columns @ (moved - size) / expected).max(), moved
+            if change < SCORED:
+                break
+        expected = np.maximum(columns @ size, LEAST_EXPECTED * usual * self.white)
+        return size, covariance, float(self.count @ (np.log(expected) + self.variance / expected))
+
+    def flicker(self) -> Flicker:
+        """Flicker noise, where these variances cannot be without it.
+
+        The shortest averages are left out until white noise, flicker noise and what rises beside
+        them explain the others: a tremor, a filter in the sensor and a sway differ from white noise
+        in averages that are not much longer than they last.
+        """
+        even, share = np.ones(len(self.tau)), self.tau / self.tau.max()
+        (size, covariance, unlikely), without = self.fitted(even), self.fitted()[2]
+        expected, flat = size[0] * self.white + size[1], unlikely
+        for rising in (share, share**2):
+            found = self.fitted(even, rising)
+            better = found[0][2] > 0.0 and found[2] < unlikely
+            if better and exceeded(flat - found[2], 1.0, EXACT_FREEDOM) < RISING_P:
+                (size, covariance, unlikely), without = found, self.fitted(rising)[2]
+                expected = size[0] * self.white + size[1] + size[2] * rising
+        level, doubt = float(size[1]), float(covariance[1, 1])
+        most = max(level, 0.0) + ONE_SIDED * math.sqrt(doubt)
+        if self._as_unlike(expected, len(size)) < FLICKER_P:
+            if share.min() > LEAST_SHARE:
+                return Flicker(0.0, math.inf, most)
+            longer = self.tau > DROPPED * self.tau.min()
+            parts = (one[longer] for one in (self.white, self.tau, self.count, self.variance))
+            return _AllanVariances(*parts).flicker()
+        # no flicker noise lies at the border of all that there may be: one of two sides
+        if level <= 0.0 or exceeded(without - unlikely, 1.0, EXACT_FREEDOM) > 2.0 * FLICKER_P:
+            return Flicker(0.0, math.inf, most)
+        return Flicker(level, 2.0 * level**2 / doubt, most)
+
+    def _as_unlike(self, expected: FloatArray, parameters: int) -> float:
+        """Probability of variances that differ as much from those expected, octave by octave."""
+        if not (expected > 0.0).all():
+            return 0.0
+        octave = np.rint(np.log2(self.tau / self.tau.min())).astype(int)
+        count = np.bincount(octave, self.count)
+        squares = np.bincount(octave, self.count * self.variance / expected)
+        ratio, count = squares[count > 0.0] / count[count > 0.0], count[count > 0.0]
+        freedom = len(count) - parameters
+        if freedom < 1:
+            return 1.0
+        deviance = float(count @ (ratio - 1.0 - np.log(ratio)))
+        return exceeded(deviance / freedom, freedom, EXACT_FREEDOM)
+
+
+def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -> Flicker | None:
+    """Flicker noise of the accelerometer as the holds show it; None where they show none.
+
+    What turns the device slowly (a table that gives way) changes the readings across gravity more
+    than those along it, and is no noise of the sensor: then only those along it count.
+
+    Args:
+        holds: still periods.
+        up: direction of gravity in each, unit vectors, shape (n, 3).
+        white: variance of the mean of each by the noise within it, reading units², shape (n,).
+    """
+    rows: list[tuple[float, ...]] = []
+    for hold, own, noise in zip(holds, up, white.tolist(), strict=True):
+        for halving, one in enumerate(
+            () if hold.allan_covariances is None else hold.allan_covariances
+        ):
+            along = float(own @ one @ own)
+            across = 0.5 * (float(np.trace(one)) - along)
+            tau = 0.5 * (hold.end - hold.start) / 2**halving
+            rows.append((noise * (hold.end - hold.start) / tau, tau, 2.0**halving, along, across))
+    if not rows:
+        return None
+    expected, tau, count, along, across = np.array(rows).T
+    if not (expected > 0.0).all() or not (along > 0.0).all() or not (across > 0.0).all():
+        return None
+    alone, beside, both = (
+        _AllanVariances(expected, tau, axes * count, variance)
+        for axes, variance in ((1, along), (2, across), (3, (along + 2.0 * across) / 3.0))
+    )
+    (_, own), of_own, _ = alone.fitted(np.ones(len(tau)))
+    (_, other), of_other, _ = beside.fitted(np.ones(len(tau)))
+    turned = other - own > SURE * math.sqrt(of_own[1, 1] + of_other[1, 1])
+    return alone.flicker() if turned else both.flicker()

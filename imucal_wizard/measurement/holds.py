@@ -23,6 +23,7 @@ from imucal_wizard.core.limits.stillness import (
     MAX_TRIMMED_BLOCKS,
     MIN_BLOCKS_TO_TRIM,
     MIN_HOLD_SECONDS,
+    MIN_LONG_HOLD,
     MIN_SETTLING,
     MIN_SETTLING_AXIS,
     MIN_SLOW_MOMENT,
@@ -31,6 +32,7 @@ from imucal_wizard.core.limits.stillness import (
     REST_FACTOR,
     SETTLING_SECONDS,
     SETTLING_TIMES,
+    SHORTEST_AVERAGE,
     STEADY_SIGMA,
     TAIL_DOUBT,
     TIME_TOLERANCE,
@@ -76,6 +78,9 @@ class Hold:
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope less its
             mean, and of the mean time, by low frequencies, shape (7, 7), or None: both sensors show
             how a device sways.
+        allan_covariances: of the accelerometer by the differences between its means over halves,
+            quarters, eighths … of the hold, whose diagonals are Allan variances, shape (k, 3, 3),
+            or None where the hold is short.
     """
 
     start: float
@@ -94,6 +99,7 @@ class Hold:
     gyroscope_turn: FloatArray | None = None
     gyroscope_quiet: FloatArray | None = None
     sway: FloatArray | None = None
+    allan_covariances: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -186,7 +192,25 @@ def hold_from(blocks: Blocks) -> Hold:
         noise_freedom=freedom,
         gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
         sway=_sway(blocks) if followed else None,
+        allan_covariances=_allan_covariances(blocks),
     )
+
+
+def _allan_covariances(blocks: Blocks) -> FloatArray | None:
+    """See ``Hold``."""
+    seconds = float(blocks.end[-1] - blocks.start[0])
+    halvings = math.floor(math.log2(min(seconds / SHORTEST_AVERAGE, len(blocks))))
+    if seconds < MIN_LONG_HOLD or not np.isfinite(blocks.mean_a).all():
+        return None
+    edges = (np.arange(2**halvings) * len(blocks)) // 2**halvings
+    number = np.diff(np.append(edges, len(blocks)))[:, None]
+    means = np.add.reduceat(blocks.mean_a - blocks.mean_a[0], edges) / number
+    found = []
+    while len(means) > 1:
+        apart = means[::2] - means[1::2]
+        found.append(apart.T @ apart / (2.0 * len(apart)))
+        means = 0.5 * (means[::2] + means[1::2])
+    return np.array(found[::-1])
 
 
 def _turned(blocks: Blocks, seconds: float) -> tuple[FloatArray, FloatArray]:

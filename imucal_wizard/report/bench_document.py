@@ -106,6 +106,7 @@ def _noise(one: Rung) -> dict[str, Any]:
     return {
         "unit": floors.unit,
         "within_holds": finite_or_none(floors.within),
+        "slow": finite_or_none(floors.slow),
         "rounding": finite_or_none(floors.rounding),
         "dithered": floors.dithered,
         "repeats": None if repeats is None else finite_or_none(repeats.rms),

@@ -355,7 +355,10 @@ def _floors(rung: Rung) -> str:
         rms = quantity(found.rms, found.unit)
         repeats = f"{rms} ({found.freedom} degrees of freedom), {word}"
     place = "within directions" if floors.unit == "uT" else "at rest: within holds"
-    return f"{place} {quantity(floors.within, floors.unit)}; repeats {repeats}; rounding {rounding}"
+    within = quantity(floors.within, floors.unit)
+    if floors.slow:
+        within += f"; slow, from hold to hold {quantity(floors.slow, floors.unit)}"
+    return f"{place} {within}; repeats {repeats}; rounding {rounding}"
 
 
 def _wrapped(text: str, lead: str = "") -> list[str]:

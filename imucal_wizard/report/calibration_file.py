@@ -159,8 +159,8 @@ class Sensor(msgspec.Struct, frozen=True):
         rms_held_out: error on directions or rotations left out one at a time, or None.
         held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
             or None.
-        slow_noise_measured: whether repeats or a long rest show how slow noise moves the biases;
-            None of a sensor of which that is not asked.
+        slow_noise_measured: whether repeats, a long rest or long holds show how slow noise moves
+            the biases; None of a sensor of which that is not asked.
         floor: ``rms_held_out`` that a complete model would have by measured noise, or None.
         floor_fitted: the same of ``rms_fitted``, or None.
         could_be: error without noise that is exceeded with a probability of 5 % in a random

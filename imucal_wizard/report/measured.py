@@ -64,6 +64,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
         gyroscope_quiet: variance of the gyroscope's mean by its quietest frequencies, or None.
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope and of
             the mean time, 7×7, or None.
+        allan_covariances: of the accelerometer over halves, quarters … of the hold, k×3×3, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -86,6 +87,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     gyroscope_turn: list[float] | None = None
     gyroscope_quiet: list[float] | None = None
     sway: list[list[float]] | None = None
+    allan_covariances: list[list[list[float]]] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -107,6 +109,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             gyroscope_turn=_array(self.gyroscope_turn),
             gyroscope_quiet=_array(self.gyroscope_quiet),
             sway=_array(self.sway),
+            allan_covariances=_array(self.allan_covariances),
         )
 
 
@@ -260,7 +263,11 @@ def wrong_measurements(
     """What of the measurements cannot be used, or "" if all can."""
     for hold in holds:
         which = f"the hold at {hold.start:g} s"
-        spreads = hold.accelerometer_covariance, hold.gyroscope_covariance
+        spreads = (
+            hold.accelerometer_covariance,
+            hold.gyroscope_covariance,
+            *(hold.allan_covariances or ()),
+        )
         scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_quiet
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
         vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
@@ -341,6 +348,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             gyroscope_turn=_listed(hold.gyroscope_turn),
             gyroscope_quiet=_listed(hold.gyroscope_quiet),
             sway=_listed(hold.sway),
+            allan_covariances=_listed(hold.allan_covariances),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)

@@ -1,5 +1,6 @@
 """What is said of each sensor: the word, the sentences, and the order among the sensors."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -29,7 +30,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_readings
+from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_holds, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.clipping import clipped_rotation
 from imucal_wizard.measurement.data_quality import dead_axes
@@ -40,6 +41,8 @@ from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from imucal_wizard.report.text import errors_text, interval_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
+from tests.estimate.long_holds import SIGMA, holds_of
+from tests.estimate.truth import EIGHTEEN
 
 pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
@@ -672,3 +675,34 @@ def test_a_method_of_the_papers_does_not_take_the_verdict_of_the_usual_fit() -> 
     grade = graded(report, {said.sensor: said})["gyroscope"]
     assert grade.grade is Grade.DOUBTFUL
     assert "without the static method" in grade.why
+
+
+def _on_a_table(seconds: float, seed: int, instability: float, error: float = 0.0) -> Diagnosis:
+    """Of eighteen holds without a repeat; noise in units of the white noise of a hold's mean."""
+    rng = np.random.default_rng(seed)
+    wrong = error * rng.standard_normal((18, 3))
+    holds = holds_of(EIGHTEEN, seconds, rng, instability, error=wrong)
+    units, rates = {"accelerometer": "m/s^2"}, {"accelerometer": 25.0}
+    report = fit_holds(holds, (), rates, units, FitOptions(), (), ())
+    (said,) = diagnose_benches(Benches(report, None), {}, automatic=False)
+    return said
+
+
+def test_slow_noise_that_long_holds_show_is_noise_and_said() -> None:
+    said = _on_a_table(60.0, 2, 3.0)
+    assert said.verdict is Verdict.COMPLETE
+    assert "is slow noise from hold to hold" in said.says
+    assert said.bench is not None
+    floors = said.bench.ladder[-1].floors
+    assert floors.within == pytest.approx(math.hypot(1.0, 0.52 * 3.0) * SIGMA, rel=0.3)
+    assert floors.slow == pytest.approx(1.1 * 3.0 * SIGMA, rel=0.4)
+    assert "slow, from hold to hold" in bench_text([said])
+
+
+def test_slow_noise_that_long_holds_do_not_exclude_is_not_denied() -> None:
+    """White noise within them and twice as much from hold to hold; far more is no slow noise."""
+    said = _on_a_table(20.0, 4, 0.0, error=2.0)
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert "Slow noise may be what is left: these holds do not exclude" in said.says
+    large = _on_a_table(20.0, 4, 0.0, error=20.0)
+    assert "Slow noise may" not in large.says

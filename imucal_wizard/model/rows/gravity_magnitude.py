@@ -5,6 +5,7 @@ adds two to three digits.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import field
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.rows.source import (
     ENTRIES,
     Influence,
+    Loading,
     Parameters,
     RowLabels,
     Rows,
@@ -115,6 +117,21 @@ class MagnitudeRows(Rows):
         along = np.einsum("ni,nip->np", self.direction, change)
         return np.asarray((change - self.direction[:, :, None] * along[:, None, :]) / length)
 
+    def loading(self) -> Loading | None:
+        """See ``Rows``: the bias of each axis wanders by itself."""
+        wander = self._source.wander
+        if not wander.shape[1]:
+            return None
+        weight = (self.direction[:, :, None] * wander[:, None, :]).reshape(len(wander), -1)
+        return Loading(np.tile(np.arange(weight.shape[1]), (len(wander), 1)), weight)
+
+    @property
+    def slow(self) -> FloatArray:
+        """See ``Rows``."""
+        loading = self.loading()
+        none = np.zeros(len(self.residual))
+        return none if loading is None else np.asarray((loading.weight**2).sum(axis=1))
+
     def _hidden(self) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)
         found = np.zeros((len(self.force), 3))
@@ -138,6 +155,9 @@ class GravityMagnitude(RowSource):
         circumstances: of the holds; their force is replaced by the corrected one.
         gravity: m/s².
         labels: see ``RowSource``.
+        wander: by how much each of m independent slow errors of size one moves the bias of an axis
+            in each hold, m/s², shape (n, m).
+        slow_freedom: see ``RowSource``.
     """
 
     reading: FloatArray
@@ -145,6 +165,8 @@ class GravityMagnitude(RowSource):
     circumstances: Circumstances
     gravity: float
     labels: RowLabels
+    wander: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    slow_freedom: float = float("inf")
     kind, part, left, at_rest = "hold", "holds", "|a| − g", True
     unit = "m/s^2"
 

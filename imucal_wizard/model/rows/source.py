@@ -128,6 +128,11 @@ class Rows(ABC):
         """Measured noise that several rows share; None where there is none."""
         return None
 
+    @property
+    def slow(self) -> FloatArray:
+        """Variance of each row by the part of that noise that is slow noise, shape (n,)."""
+        return np.zeros(len(self.residual))
+
 
 @dataclass(frozen=True, eq=False)
 class Loading:
@@ -186,6 +191,7 @@ class RowSource(ABC):
         bounded: names of those whose size is never far above the usual one, see ``Effect``.
         slow: names of those that are slow noise estimated from the rows themselves. They weigh the
             rows that share it; no reported error is freed from it, and no floor holds it.
+        slow_freedom: degrees of freedom behind the slow noise that the rows share by ``loading``.
         exact_slope: the columns are the whole derivative of the residual; else a fit follows the
             columns alone, and the residual itself says nothing of how good a step is.
     """
@@ -211,6 +217,7 @@ class RowSource(ABC):
     bounded: tuple[str, ...] = ()
     decided: tuple[str, ...] = ()
     slow: tuple[str, ...] = ()
+    slow_freedom: float = float("inf")
     exact_slope: bool = True
 
     @property

@@ -61,6 +61,11 @@ class ResidualTable:
         """Standard deviation of each row by measured noise alone, where all of it is measured."""
         return np.sqrt(self.independent.diagonal(self.noise))
 
+    @property
+    def slow(self) -> FloatArray:
+        """Variance of each row by slow noise that long holds show, a part of ``floor`` squared."""
+        return np.concatenate([one.slow for one in self.at])
+
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Rows made independent and of variance one by the noise of ``floor``, shape (n, …).
 
