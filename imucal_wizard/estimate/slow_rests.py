@@ -19,7 +19,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, Series
+from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
@@ -46,6 +46,8 @@ ONE_SIDED = 1.645
 RISING_P = 0.01
 """Probability by flicker noise of Allan variances that rise as far, below which a random walk, or a
 drift, is seen beside it."""
+RISING_OCTAVES = 3
+"""Octaves of averages, above which a rise beside white noise and flicker noise can be seen."""
 LEAST_EXPECTED = 1e-3
 """Of an Allan variance, as a share of what the usual white noise makes."""
 SCORING_ROUNDS = 60
@@ -212,7 +214,7 @@ class _AllanVariances:
         even, share = np.ones(len(self.tau)), self.tau / self.tau.max()
         (size, covariance, unlikely), without = self.fitted(even), self.fitted()[2]
         expected, flat = size[0] * self.white + size[1], unlikely
-        for rising in (share, share**2):
+        for rising in (share, share**2) if self.octaves > RISING_OCTAVES else ():
             found = self.fitted(even, rising)
             better = found[0][2] > 0.0 and found[2] < unlikely
             if better and exceeded(flat - found[2], 1.0, EXACT_FREEDOM) < RISING_P:
@@ -221,7 +223,7 @@ class _AllanVariances:
         level, doubt = float(size[1]), float(covariance[1, 1])
         most = max(level, 0.0) + ONE_SIDED * math.sqrt(doubt)
         if self._as_unlike(expected, len(size)) < FLICKER_P:
-            if share.min() > LEAST_SHARE:
+            if share.min() > LEAST_SHARE or self.octaves <= RISING_OCTAVES:
                 return Flicker(0.0, math.inf, most)
             longer = self.tau > DROPPED * self.tau.min()
             parts = (one[longer] for one in (self.white, self.tau, self.count, self.variance))
@@ -231,13 +233,22 @@ class _AllanVariances:
             return Flicker(0.0, math.inf, most)
         return Flicker(level, 2.0 * level**2 / doubt, most)
 
+    @property
+    def _octave(self) -> IntArray:
+        """Of each, from the shortest average on, shape (m,)."""
+        return np.asarray(np.rint(np.log2(self.tau / self.tau.min())), np.int64)
+
+    @property
+    def octaves(self) -> int:
+        """How many different ones there are."""
+        return len(distinct(self._octave))
+
     def _as_unlike(self, expected: FloatArray, parameters: int) -> float:
         """Probability of variances that differ as much from those expected, octave by octave."""
         if not (expected > 0.0).all():
             return 0.0
-        octave = np.rint(np.log2(self.tau / self.tau.min())).astype(int)
-        count = np.bincount(octave, self.count)
-        squares = np.bincount(octave, self.count * self.variance / expected)
+        count = np.bincount(self._octave, self.count)
+        squares = np.bincount(self._octave, self.count * self.variance / expected)
         ratio, count = squares[count > 0.0] / count[count > 0.0], count[count > 0.0]
         freedom = len(count) - parameters
         if freedom < 1:
@@ -275,6 +286,8 @@ def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -
         _AllanVariances(expected, tau, axes * count, variance)
         for axes, variance in ((1, along), (2, across), (3, (along + 2.0 * across) / 3.0))
     )
+    if both.octaves < RISING_OCTAVES:
+        return None
     (_, own), of_own, _ = alone.fitted(np.ones(len(tau)))
     (_, other), of_other, _ = beside.fitted(np.ones(len(tau)))
     turned = other - own > SURE * math.sqrt(of_own[1, 1] + of_other[1, 1])

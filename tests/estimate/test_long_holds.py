@@ -52,6 +52,19 @@ def test_white_noise_shows_no_flicker_noise() -> None:
     assert sum(one > 0.0 for one in found) <= 4
 
 
+def test_few_samples_in_long_holds_tell_nothing() -> None:
+    """Of one sample per second there are parts of two lengths, for three unknown sizes."""
+    holds = holds_of(EIGHTEEN, 20.0, np.random.default_rng(6), 5.0)
+    for lengths in (1, 2):
+        few = [
+            replace(hold, allan_covariances=hold.allan_covariances[:lengths])
+            for hold in holds
+            if hold.allan_covariances is not None
+        ]
+        assert len(few) == len(holds)
+        assert flicker_in_holds(few, EIGHTEEN, np.full(18, SIGMA**2)) is None
+
+
 def test_short_holds_do_not_tell_flicker_noise_from_other_slow_noise() -> None:
     """Six seconds are less than a decade of the shortest parts that are compared."""
     holds = holds_of(EIGHTEEN, 6.0, np.random.default_rng(5), 5.0)
