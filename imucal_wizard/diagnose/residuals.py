@@ -152,8 +152,8 @@ class WhitenedResiduals:
         return lack_of_fit(self.residual, wider, self.sigma, self.visits)
 
     def lack_without(self, items: Sequence[int]) -> LackOfFit:
-        """The same without the rows of some holds or rotations."""
-        out = np.isin(self.item, items)
+        """The same without the rows that some holds or rotations spoil."""
+        out = self.table.spoilt(items)
         base = self.without(out).base
         return lack_of_fit(self.residual, base, self.sigma, self.visits.without(out))
 

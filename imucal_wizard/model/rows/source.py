@@ -124,6 +124,11 @@ class Rows(ABC):
         """Derivative by the source's shared parameters, shape (n, k)."""
         return np.zeros((len(self.residual), 0))
 
+    @property
+    def tilts(self) -> FloatArray:
+        """Derivative by up in the holds at both ends: two components before, two after, (n, 4)."""
+        return np.zeros((len(self.residual), 4))
+
     def loading(self) -> "Loading | None":
         """Measured noise that several rows share; None where there is none."""
         return None
@@ -281,6 +286,14 @@ class RowSource(ABC):
         """
         del directions, calibration, terms
         return self
+
+    @property
+    def joined(self) -> IntArray:
+        """Numbers of the holds that each row's rotation joins, −1 for a row of none, shape (n, 2).
+
+        By the numbers that rows at rest have as labels.
+        """
+        return np.full((len(self.labels), 2), -1)
 
     @property
     def item_word(self) -> str:

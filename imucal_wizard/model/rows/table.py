@@ -155,6 +155,23 @@ class ResidualTable:
         """How far each row moves with an error of the input on each axis, shape (n, 3)."""
         return np.concatenate([one.lever for one in self.at])
 
+    def spoilt(self, items: Sequence[int]) -> BoolArray:
+        """Rows that say nothing where these holds and rotations are disturbed, shape (n,).
+
+        Their own, and those of the rotations that begin or end in one of these holds.
+        """
+        return np.isin(self.item, items) | self._joins(items).any(axis=1)
+
+    def tilted(self, hold: int) -> FloatArray:
+        """How the rows move with up as it is measured in a hold: two components, rad, (n, 2)."""
+        each = np.concatenate([one.tilts for one in self.at]).reshape(-1, 2, 2)
+        return np.asarray((each * self._joins([hold])[:, :, None]).sum(axis=1))
+
+    def _joins(self, items: Sequence[int]) -> BoolArray:
+        """Whether the hold before and the hold after each row's rotation are of these, (n, 2)."""
+        holds = self.index[~self.moving & np.isin(self.item, items)]
+        return np.isin(np.concatenate([one.joined for one in self.sources]), holds)
+
     def design_columns(self, terms: Sequence[Term]) -> FloatArray:
         """Derivative of the residual by the sizes of effects in turn, per shown unit, (n, p)."""
         return np.concatenate([one.design_columns(terms) for one in self.at])
