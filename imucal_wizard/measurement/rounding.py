@@ -38,8 +38,6 @@ PLACE_DOUBT = 0.01
 """Doubt of a variance over q² of a hundred samples and more."""
 PLACE_NOISES = np.geomspace(0.01, 0.7, 150)
 """σ/q of readings at one place."""
-AXES_ALIKE = np.log(2.0)
-"""Standard deviation of the logarithm of the noises of the axes of one sensor."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -174,31 +172,6 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
         weight /= weight.sum()
         before[one], shift[one] = step[one] ** 2 * np.array([weight @ noise, weight @ shifts])
     return before, shift
-
-
-def slope_at_one_place(rounded: FloatArray, step: FloatArray) -> FloatArray:
-    """By how much more or less than a small change of the value the average changes: its mean size.
-
-    It is one inside a step, where the average does not change, and more at the edge of one. That
-    the variance comes from hardly any noise at the very edge is likely only if the other axes,
-    which lie at places of their own, have as little noise.
-
-    Args:
-        rounded: variance of rounded readings of each axis of a sensor.
-        step: q, of the same shape; 0 for none.
-    """
-    slope, out = _at_places()[2], np.zeros(len(step))
-    axes = np.flatnonzero(step > 0.0)
-    weight = [_likely(min(rounded[one] / step[one] ** 2, ANY_PLACE)) for one in axes]
-    order = np.log(PLACE_NOISES)
-    alike = np.exp(-0.5 * ((order[:, None] - order) / AXES_ALIKE) ** 2)
-    by_noise = [alike @ one.reshape(-1, len(order)).sum(axis=0) for one in weight]
-    for place, one in enumerate(axes):
-        if rounded[one] < ANY_PLACE * step[one] ** 2:
-            others = [by_noise[other] for other in range(len(axes)) if other != place]
-            likely = (weight[place].reshape(-1, len(order)) * np.prod(others, axis=0)).ravel()
-            out[one] = likely @ slope / max(likely.sum(), 1e-300)
-    return out
 
 
 def _likely(variance: float) -> FloatArray:

@@ -14,7 +14,7 @@ import numpy as np
 
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import true_minus
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effect import Circumstances
@@ -294,6 +294,14 @@ class RowSource(ABC):
         By the numbers that rows at rest have as labels.
         """
         return np.full((len(self.labels), 2), -1)
+
+    @property
+    def indifferent(self) -> BoolArray:
+        """Rows that speak for and against no model, because their noise is a mere bound, (n,).
+
+        They agree by far better than it where rounding turns equal inputs into equal readings.
+        """
+        return np.zeros(len(self.labels), np.bool_)
 
     @property
     def item_word(self) -> str:

@@ -105,6 +105,11 @@ class ResidualTable:
         return np.repeat([one.repeats_are_noise for one in self.sources], self._counts)
 
     @property
+    def indifferent(self) -> BoolArray:
+        """Rows that speak for and against no model, see ``RowSource``."""
+        return np.concatenate([one.indifferent for one in self.sources])
+
+    @property
     def index(self) -> IntArray:
         """Which hold, rotation or group of samples each row is of, by its own number."""
         return np.concatenate([one.labels.index for one in self.sources])
