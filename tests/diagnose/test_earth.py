@@ -35,6 +35,7 @@ class Pulled(WrongRate):
     each = np.radians(0.02) * np.array([[0.7, -0.9, 0.4], [1.1, 0.5, -0.8], [-0.6, 1.0, 0.9]])
 
     def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """See ``WrongRate``."""
         del time, rate
         return np.asarray(up @ self.each.T)
 
