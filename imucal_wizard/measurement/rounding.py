@@ -167,7 +167,7 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
     before = variance_before_rounding(rounded, step)
     shift = rounding_variance(before, step)
     for one in np.flatnonzero((step > 0.0) & (rounded < ANY_PLACE * step**2)):
-        noise, shifts, _, _ = _at_places()
+        noise, shifts, _ = _at_places()
         weight = _likely(rounded[one] / step[one] ** 2)
         weight /= weight.sum()
         before[one], shift[one] = step[one] ** 2 * np.array([weight @ noise, weight @ shifts])
@@ -176,12 +176,12 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
 
 def _likely(variance: float) -> FloatArray:
     """How likely each of ``_at_places`` is by the variance of the readings over q², shape (n,)."""
-    return np.asarray(np.exp(-0.5 * ((_at_places()[3] - variance) / PLACE_DOUBT) ** 2))
+    return np.asarray(np.exp(-0.5 * ((_at_places()[2] - variance) / PLACE_DOUBT) ** 2))
 
 
 @cache
-def _at_places() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """σ²/q², square of the shift over q², size of the slope less one, variance of readings over q².
+def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """σ²/q², square of the shift over q², variance of readings over q².
 
     Of all noises at all places, shape (n,) each.
     """
@@ -191,9 +191,8 @@ def _at_places() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     share = np.diff(normal_below(edges), prepend=0.0, append=1.0)
     steps = np.append(below, below[-1] + 1)
     mean = share @ steps
-    slope = np.exp(-0.5 * edges**2).sum(axis=1) / (np.sqrt(2.0 * np.pi) * sigma)
     variance = share @ steps**2 - mean**2
-    return sigma**2, (mean - place) ** 2, np.abs(slope - 1.0), variance
+    return sigma**2, (mean - place) ** 2, variance
 
 
 def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
