@@ -138,12 +138,12 @@ class ExplainedVariance:
         """What the likeliest explanation with these families can make, orthonormal, (m, k)."""
         parts, _ = self._likeliest(families)
         patterns = [np.zeros((len(self.coordinates), 0)), *(x for _, x in parts)]
-        return _span(np.concatenate(patterns, axis=1))
+        return span_of(np.concatenate(patterns, axis=1))
 
     def own_span(self, family: str) -> FloatArray:
         """The part of ``span`` that this family makes, without what it is paired with, (m, k)."""
         parts, _ = self._likeliest((family,))
-        return _span(np.concatenate([x for own, x in parts if own == family], axis=1))
+        return span_of(np.concatenate([x for own, x in parts if own == family], axis=1))
 
     def aliases(self, first: str) -> list[str]:
         """The aliases of an effect that make exactly what its likeliest form takes away here.
@@ -218,7 +218,7 @@ class ExplainedVariance:
         courses = np.column_stack([self._course(one, c) for one in members])
         patterns = np.stack([one.patterns for one in members])
         weights = _one_cause(courses, patterns, self.coordinates)
-        follows = _span(np.tensordot(weights, patterns, axes=1))
+        follows = span_of(np.tensordot(weights, patterns, axes=1))
         if len(members) == 1 or self.lack_beside(follows).within_noise:
             delay = delay_of_thermometer(c, (courses @ weights)[:, None], self._step)
             if delay is not None:
@@ -244,7 +244,7 @@ class ExplainedVariance:
     def _needs_both(self, members: Members) -> bool:
         """Whether explanations leave no more than noise together, and more than it each alone."""
         every = np.concatenate([one.patterns for one in members], axis=1)
-        spans = [_span(every), *(_span(one.patterns) for one in members)]
+        spans = [span_of(every), *(span_of(one.patterns) for one in members)]
         together, *alone = [self.lack_beside(one).within_noise for one in spans]
         return together and not any(alone)
 
@@ -258,12 +258,14 @@ class ExplainedVariance:
             for one, share in zip(self._hypotheses.single, self._posterior.single, strict=True)
             if one.terms == (first,)
         ]
-        inside = _span(max(named, key=lambda each: each[0])[1].patterns)
+        inside = span_of(max(named, key=lambda each: each[0])[1].patterns)
         taken = inside @ (inside.T @ self.coordinates)
         found = []
         for name in names:
             each = [one for one in self._misfit.candidates if one.term == name]
-            spans = [_span(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each]
+            spans = [
+                span_of(self._hypotheses.frame.across.T @ (x.columns * x.typical)) for x in each
+            ]
             left = [float(np.linalg.norm(taken - span @ (span.T @ taken))) for span in spans]
             if min(left, default=np.inf) < most * float(np.linalg.norm(taken)):
                 found.append(name)
@@ -327,7 +329,7 @@ class ExplainedVariance:
     def _explained_under(self, patterns: list[FloatArray], weights: FloatArray) -> float:
         root = np.sqrt(weights)
         columns = root[:, None] * np.concatenate(patterns, axis=1)
-        inside = _span(columns).T @ (root * self.coordinates)
+        inside = span_of(columns).T @ (root * self.coordinates)
         return float(inside @ inside)
 
 
@@ -356,7 +358,7 @@ def _log(share: FloatArray) -> FloatArray:
     return np.asarray(np.log(np.maximum(share, 1e-300)))
 
 
-def _span(columns: FloatArray) -> FloatArray:
+def span_of(columns: FloatArray) -> FloatArray:
     """Orthonormal columns that span these, shape (m, k)."""
     left, values, _ = np.linalg.svd(columns, full_matrices=False)
     # no value at all where the model has taken up every row that was measured

@@ -82,6 +82,11 @@ class Hypothesis:
     members: tuple["Hypothesis", ...] = ()
 
     @property
+    def usual(self) -> FloatArray:
+        """Its patterns at the usual size of an effect, or of a disturbance, shape (m, q)."""
+        return self.patterns * (self.spreads[1] if self.kind == DISTURBED else 1.0)
+
+    @property
     def parts(self) -> list[tuple[str, FloatArray]]:
         """Its patterns by family."""
         return [(one.families[0], one.patterns) for one in self.members or (self,)]
@@ -154,18 +159,20 @@ def joint_hypotheses(
     log_prior: float | None = None,
     ratios: tuple[float, ...] = RATIOS,
 ) -> list[Hypothesis]:
-    """Two effects at once, each on as many of its parameters as given, at some ratios of sizes.
+    """Two explanations at once, each on as many parameters as given, at some ratios of sizes.
 
     Args:
-        first: one of them.
-        second: the other one.
+        first: an effect, or a disturbed hold or rotation.
+        second: another one.
         log_prior: logarithm of the prior probability; that of unrelated effects when left out.
         ratios: how much larger the second one is, against its typical size.
     """
     prior = log_prior
     if prior is None:
-        prior = first.log_prior + second.log_prior - 2.0 * float(np.log(PRIOR[EFFECT]))
-        prior += float(np.log(PRIOR[PAIR]))
+        prior = first.log_prior + second.log_prior
+        prior -= float(np.log(PRIOR[first.kind] * PRIOR[second.kind]))
+        share = (1.0, WITH_DISTURBED, TWO_DISTURBED)[(first.kind, second.kind).count(DISTURBED)]
+        prior += float(np.log(PRIOR[PAIR] * share))
     prior -= float(np.log(len(ratios)))
     return [
         Hypothesis(
@@ -175,7 +182,7 @@ def joint_hypotheses(
             None,
             "",
             prior,
-            np.concatenate([first.patterns, ratio * second.patterns], axis=1),
+            np.concatenate([first.usual, ratio * second.usual], axis=1),
             SPREADS,
             paired=False,
             members=(first, second),
@@ -218,17 +225,38 @@ def siblings(hypotheses: Sequence[Hypothesis]) -> list[tuple[Hypothesis, Hypothe
 
 
 def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
-    """One hold or one rotation that is simply wrong, in all its rows."""
+    """One hold or one rotation that is simply wrong, in all its rows.
+
+    A hold between two rotations is the end of both. Up may be measured wrongly there, so that both
+    end or begin in another direction; and if the device moves during the hold, each of them ends or
+    begins in a direction of its own. The end of one rotation alone is that rotation's.
+    """
     items = distinct(misfit.item)
     prior = float(np.log(PRIOR[DISTURBED] / max(len(items), 1)))
     # an error of each row by the standard deviation of its noise
     wrong = frame.across.T @ misfit.whitened(np.diag(misfit.sigma))
     made = []
-    for item in items:
-        patterns = wrong[:, misfit.item == item]
-        made.append(
-            Hypothesis(DISTURBED, (), (DISTURBED,), float(item), "", prior, patterns, DISTURBANCES)
-        )
+    for item in items.tolist():
+        own = misfit.item == item
+        ends = misfit.table.spoilt([item]) & ~own
+        ways = [wrong[:, own]]
+        if len(distinct(misfit.item[ends])) > 1:
+            usual = float(np.sqrt(np.mean(misfit.sigma[ends] ** 2)))
+            tilted = frame.across.T @ misfit.whitened(usual * misfit.table.tilted(item))
+            ways += [tilted, wrong[:, ends], wrong[:, own | ends]]
+        made += [
+            Hypothesis(
+                DISTURBED,
+                (),
+                (DISTURBED,),
+                float(item),
+                "",
+                prior - float(np.log(len(ways))),
+                patterns,
+                DISTURBANCES,
+            )
+            for patterns in ways
+        ]
     return made
 
 

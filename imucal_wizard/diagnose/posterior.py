@@ -153,33 +153,35 @@ class HypothesisSet:
         return [(one.terms[0], one.variant) for one in members if one.terms]
 
     def with_joint(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
-        """The set with pairs of effects of which one has all its parameters.
+        """The set with pairs of explanations of which one has several parameters.
 
-        All of them would be too many. Joined are the likeliest effects on all parameters, each with
-        the likeliest explanation of what it leaves.
+        All of them would be too many. Joined are the likeliest effects on all parameters, and the
+        likeliest holds and rotations of several rows, each with the likeliest effect and the
+        likeliest disturbed hold or rotation of what it leaves.
 
         Args:
             residual: whitened, shape (n,).
             posterior: of the set for this residual.
         """
-        whole: dict[str, Hypothesis] = {}
+        whole: dict[str, dict[object, Hypothesis]] = {EFFECT: {}, DISTURBED: {}}
         for place in np.argsort(-(posterior.evidence + self.log_prior)).tolist():
             one = self.single[place]
             if one.kind == EFFECT and not one.parameter:
-                whole.setdefault(one.terms[0], one)
+                whole[EFFECT].setdefault(one.terms[0], one)
+            elif one.kind == DISTURBED and one.patterns.shape[1] > 1:
+                whole[DISTURBED].setdefault(one.variant, one)
         made: list[Hypothesis] = []
         coordinates = self.frame.across.T @ residual
-        for first in list(whole.values())[:MAX_JOINED]:
+        for first in [one for kind in whole.values() for one in list(kind.values())[:MAX_JOINED]]:
             inside = np.linalg.svd(first.patterns, full_matrices=False)[0]
             rest = HypothesisSet(self.frame, self.single, inside=inside)
             left = coordinates - inside @ (inside.T @ coordinates)
             found = rest.posterior(self.frame.across @ left)
-            others = np.array(
-                [one.kind == EFFECT and one.families != first.families for one in self.single]
-            )
-            if others.any():
-                other = self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
-                made += joint_hypotheses(first, other)
+            for kind in whole:
+                others = np.array([_joins(first, one, kind) for one in self.single])
+                if others.any():
+                    other = self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
+                    made += joint_hypotheses(first, other)
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
     def with_siblings(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
@@ -243,6 +245,15 @@ class HypothesisSet:
         return found
 
 
+def _joins(first: Hypothesis, other: Hypothesis, kind: str) -> bool:
+    """Whether an explanation of this kind is to be joined with another one, found before it."""
+    if other.kind != kind:
+        return False
+    if kind == DISTURBED:  # what has one row is among the pairs
+        return other.patterns.shape[1] > 1 and other.variant != first.variant
+    return first.kind == EFFECT and other.families != first.families
+
+
 def _likely_noise(share: FloatArray) -> tuple[int, int]:
     """How many wanders and σ, from the smallest on, are not out of the question.
 
@@ -259,7 +270,8 @@ def explained(
     """Everything that may explain a misfit, and the probabilities.
 
     Where noise alone is improbable, pairs of whole effects of one slow family are among the
-    explanations; where unknown structure is likely, other pairs of whole effects, too.
+    explanations; where unknown structure is likely, or noise does not make what is left, other
+    pairs of which one has several parameters, too.
 
     Args:
         misfit: what is left.
@@ -268,7 +280,8 @@ def explained(
     hypotheses = hypothesis_set(misfit, largest_wander=largest_wander)
     posterior = hypotheses.posterior(misfit.residual)
     unknown = [one.kind == UNKNOWN for one in hypotheses.single]
-    if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
+    likely = posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE
+    if likely or not misfit.lack_of_fit().within_noise:
         hypotheses = hypotheses.with_joint(misfit.residual, posterior)
         posterior = hypotheses.posterior(misfit.residual)
     if posterior.single[0] < MAX_NOISE_PROBABILITY:

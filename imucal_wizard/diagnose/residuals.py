@@ -140,7 +140,7 @@ class WhitenedResiduals:
     @property
     def visits(self) -> Visits:
         """Which rows repeat one another."""
-        return Visits.of(self.table)
+        return Visits.of(self.table).without(self.table.indifferent)
 
     def lack_of_fit(self) -> LackOfFit:
         """Whether measured noise makes what is left."""
@@ -152,8 +152,8 @@ class WhitenedResiduals:
         return lack_of_fit(self.residual, wider, self.sigma, self.visits)
 
     def lack_without(self, items: Sequence[int]) -> LackOfFit:
-        """The same without the rows of some holds or rotations."""
-        out = np.isin(self.item, items)
+        """The same without the rows that some holds or rotations spoil."""
+        out = self.table.spoilt(items)
         base = self.without(out).base
         return lack_of_fit(self.residual, base, self.sigma, self.visits.without(out))
 
@@ -165,7 +165,8 @@ class WhitenedResiduals:
         """
         # an error of its own for each of these rows takes them out
         own = self.whitened(np.eye(len(self))[:, out])
-        return replace(self, base=np.column_stack([self.base, own]))
+        held = np.append(self.held, np.zeros(own.shape[1]))
+        return replace(self, base=np.column_stack([self.base, own]), held=held)
 
 
 KINDS = {kind.name.lower(): kind for kind in RowKind} | {
@@ -214,7 +215,7 @@ def whitened_rows(
     # a column that only its prior holds is left out
     seen = ((columns**2).sum(axis=0) > precision) & ~out
     kind = np.array([KINDS[str(one)] for one in table.kind], np.int64)
-    return WhitenedResiduals(
+    misfit = WhitenedResiduals(
         minimum=found,
         table=table,
         residual=table.whitened(table.residual - table.columns @ sizes),
@@ -240,6 +241,7 @@ def whitened_rows(
             ],
         ),
     )
+    return misfit.without(table.indifferent) if table.indifferent.any() else misfit
 
 
 def _in_modes(table: ResidualTable, terms: Sequence[Term]) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.explained_variance import ExplainedVariance, discriminability
+from imucal_wizard.diagnose.explained_variance import (
+    ExplainedVariance,
+    discriminability,
+    span_of,
+)
 from imucal_wizard.diagnose.hypotheses import (
     BENT,
     DISTURBED,
@@ -132,8 +136,9 @@ def _shares_of(hypotheses: HypothesisSet, posterior: Posterior) -> Shares:
     by_hold: dict[int, float] = defaultdict(float)
     for one, share in zip(hypotheses.single, posterior.single, strict=True):
         by_label[_label(one)] += float(share)
-        if one.kind == DISTURBED and one.variant is not None:
-            by_hold[int(one.variant)] += float(share)
+        for member in one.members or (one,):
+            if member.kind == DISTURBED and member.variant is not None:
+                by_hold[int(member.variant)] += float(share)
     _add_pairs(hypotheses, posterior, by_label, by_hold)
     return Shares(dict(by_label), dict(by_hold))
 
@@ -465,10 +470,39 @@ def _decide(
     if {*families} - {DISTURBED} and _leaves_structure(hypotheses, weighed.best, families, lack):
         verdict, families = nameless(lack), ()
     holds = _accused(weighed.shares) if DISTURBED in families else ()
-    if verdict is Verdict.DISTURBED and not misfit.lack_without(holds).within_noise:
-        # where the others do not agree either, there is no reason to accuse one of them
-        verdict, holds = nameless(lack), ()
+    if verdict is Verdict.DISTURBED:
+        holds = _needed_for_agreement(misfit, hypotheses, weighed.best, holds)
+        if not holds:
+            # where the others do not agree either, there is no reason to accuse one of them
+            verdict = nameless(lack)
     return verdict, tuple(one for one in families if one != DISTURBED), holds
+
+
+def _needed_for_agreement(
+    misfit: WhitenedResiduals,
+    hypotheses: HypothesisSet,
+    best: ExplainedVariance,
+    holds: tuple[int, ...],
+) -> tuple[int, ...]:
+    """Those of the likely holds or rotations that must be left out for the others to agree.
+
+    As of a model that is complete, noise that was measured must make what the others leave, and be
+    a likely explanation of it. None where the others do not agree without all of these.
+    """
+
+    def agree_without(items: tuple[int, ...]) -> bool:
+        out = misfit.table.spoilt(items)
+        inside = span_of(hypotheses.frame.across.T @ misfit.whitened(np.eye(len(misfit))[:, out]))
+        beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
+        return beside[NOTHING] > MAX_NOISE_PROBABILITY and misfit.lack_without(items).within_noise
+
+    if not agree_without(holds):
+        return ()
+    for one in reversed(holds):
+        others = tuple(other for other in holds if other != one)
+        if others and agree_without(others):
+            holds = others
+    return holds
 
 
 def _heard(

@@ -40,7 +40,6 @@ from imucal_wizard.estimate.surroundings import circumstances_of, first_time, vi
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import rest_numbers
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
-from imucal_wizard.model.effects.earth_rate import EARTH_RATE
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
 from imucal_wizard.model.rows.earth import earth_axes
 from imucal_wizard.model.rows.gravity_closure import GravityClosure
@@ -143,7 +142,6 @@ class GyroscopeExperiment(Movable):
         noise = self._noise()
         self.circumstances = known.select(rows)
         shifted = (start.matrix**2 @ rotations.rounding) * len(rows)
-        coarse = np.linalg.norm(start.matrix, axis=0) * rotations.step
         matters = bool((shifted > NEGLIGIBLE_SHIFT * noise[0].mean()).any())
         self.rest = RateAtRest(
             reading=np.array([hold.gyroscope for hold in self.resting]),
@@ -159,8 +157,7 @@ class GyroscopeExperiment(Movable):
                 component=np.tile([0, 1, 2], len(rows)),
             ),
             rounding=rotations.rounding if matters else np.zeros(3),
-            # a rate that differs by more than a step from hold to hold is read as it is
-            slope=np.where(coarse > 2.0 * EARTH_RATE, rotations.slope, 0.0),
+            coarse=self._coarse()[1],
         )
         self.closure = self._closures(known, *noise[1:])
         self.sources = (self.rest, self.closure, *more)
@@ -189,14 +186,21 @@ class GyroscopeExperiment(Movable):
         walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost.aliased) * span + self._of_its_own
         closing = rest.end[one.before] + rest.end[one.after] + walked
-        # of axes that may be mounted otherwise than the accelerometer's
-        coarse, gains = noise_of_coarse_means(self.resting, one.step), self._start.matrix**2
-        mostly = np.isfinite(coarse) @ gains.T > 0.5 * gains.sum(axis=1)
-        resting = np.where(mostly, np.nan_to_num(coarse) @ gains.T, rest.mean[self._resting])
+        coarse, mostly = self._coarse()
+        resting = np.where(mostly, coarse, rest.mean[self._resting])
         return (
             np.maximum(resting, MIN_REST_NOISE**2),
             np.maximum(closing, MIN_CLOSING_NOISE**2),
             walk,
+        )
+
+    def _coarse(self) -> tuple[FloatArray, BoolArray]:
+        """Variance of each mean at rest by its steps, and whether these decide it, (h, 3)."""
+        coarse = noise_of_coarse_means(self.resting, self.rotations.step)
+        gains = self._start.matrix**2  # of axes that may be mounted otherwise
+        return (
+            np.nan_to_num(coarse) @ gains.T,
+            np.isfinite(coarse) @ gains.T > 0.5 * gains.sum(axis=1),
         )
 
     @property

@@ -36,9 +36,10 @@ from imucal_wizard.model.rows.source import Parameters
 MAX_CHANCE_OF_JUMPS = 0.05
 """Probability that rotations which do not agree with the rest are by chance those with the largest
 jumps, up to which the jumps are said to be the reason: one of 20 rotations."""
-MAX_SECOND_JUMP = 0.5
-"""Share of the next largest jump of a rotation, in the median of several, up to which samples are
-missing: a sensor that jumps at some rate does so twice alike in each."""
+MAX_JUMP_TAKEN_BACK = 0.5
+"""Share of the largest jump of a rotation that another one takes back, in the median of several, up
+to which samples are missing. A sensor that jumps at some rate takes back all of it on the way down;
+of several gaps, each takes back any part of another or adds to it."""
 TRIED_AT_ONCE = 4
 """One in so many of the rotations with the largest jumps is how many more are tried next."""
 MIN_FALL_WITHOUT = 0.9
@@ -138,7 +139,7 @@ def without_lost_samples(
             others = [one for one in odd if one != number]
             if _lack_without(without(others)[0], ()).within_noise:  # it closes in spite of its jump
                 odd = others
-        if len(odd) > 1 and median([jumps[number][3] for number in odd]) > MAX_SECOND_JUMP:
+        if len(odd) > 1 and median([jumps[number][3] for number in odd]) > MAX_JUMP_TAKEN_BACK:
             return unchanged  # the sensor jumps at some rate, on the way up and on the way down
         chance = tried * comb(len(out), len(odd)) / comb(len(order), len(odd))
         return without(odd) if odd and chance <= MAX_CHANCE_OF_JUMPS else unchanged
@@ -211,18 +212,23 @@ def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
 def _jump(rotation: Rotation) -> tuple[float, float, float, float]:
     """The largest jump of the rate beyond the slopes on either side, over the mean of all.
 
-    And by how much the rate changes there, when that was, and the share of the next largest one.
+    And by how much the rate changes there, when that was, and the share that another jump takes
+    back.
     """
     steps = np.diff(rotation.rate, axis=0)
     if len(steps) < 3:
         return 0.0, 0.0, float(rotation.time[0]), 0.0
-    beyond = np.linalg.norm(steps[1:-1] - 0.5 * (steps[:-2] + steps[2:]), axis=1)
+    jumps = steps[1:-1] - 0.5 * (steps[:-2] + steps[2:])
+    beyond = np.linalg.norm(jumps, axis=1)
     place = int(beyond.argmax())
     size = float(np.linalg.norm(steps[place + 1]))
     usual = max(float(beyond.mean()), 1e-300)
-    elsewhere = np.delete(beyond, slice(max(place - 2, 0), place + 3)).max(initial=0.0)
-    second = float(elsewhere) / max(float(beyond[place]), 1e-300)
-    return float(beyond[place]) / usual, size, float(rotation.time[place + 1]), second
+    # the steps beside a jump have half of it, with the other sign
+    around = np.pad(beyond, 1)
+    peak = (beyond >= around[:-2]) & (beyond >= around[2:])
+    left = np.linalg.norm(jumps[place] + jumps[peak], axis=1).min(initial=float(beyond[place]))
+    back = 1.0 - float(left) / max(float(beyond[place]), 1e-300)
+    return float(beyond[place]) / usual, size, float(rotation.time[place + 1]), back
 
 
 def of_determined(found: Minimum[M], nominal: Nominal) -> Minimum[M]:

@@ -164,7 +164,7 @@ def lack_of_fit(
 
 def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     """The test of a fit's residuals without some rows, which another fit would leave out."""
-    out = np.zeros(len(table), np.bool_)
+    out = table.indifferent
     out[rows] = True
     # an error of its own for each of these rows takes them out
     columns = table.whitened(np.column_stack([table.columns, np.eye(len(table))[:, out]]))

@@ -21,7 +21,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import lengths, median
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_slope, rate_step
+from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
 from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
 from imucal_wizard.measurement.gaps import error_across_gaps
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -50,7 +50,6 @@ class RotationSet:
         step: of the readings on each axis, their unit, shape (3,); 0 where they never change.
         place: variance of the error by the place of the rests in their step, if that is not known,
             reading units², shape (3,).
-        slope: see ``rate_slope``, shape (3,).
     """
 
     samples: RotationSamples
@@ -61,7 +60,6 @@ class RotationSet:
     rounding: FloatArray
     step: FloatArray
     place: FloatArray = field(default_factory=lambda: np.zeros(3))
-    slope: FloatArray = field(default_factory=lambda: np.zeros(3))
 
     @property
     def spans(self) -> FloatArray:
@@ -254,5 +252,5 @@ def rotation_set(
         length = lengths(force)[:, None]
         up = force / np.maximum(length, 1e-9 * max(float(length.max()), 1e-300))
     step, ends = rate_step(turned), (table[:, 1], table[:, 2])
-    shift, place, slope = (of(holds, step) for of in (rate_shift, rate_place, rate_slope))
-    return RotationSet(samples, table[:, 0], *ends, up, shift, step, place, slope)
+    shift, place = (of(holds, step) for of in (rate_shift, rate_place))
+    return RotationSet(samples, table[:, 0], *ends, up, shift, step, place)

@@ -16,7 +16,6 @@ from imucal_wizard.measurement.rounding import (
     noise_at_one_place,
     resolution_of,
     rounding_variance,
-    slope_at_one_place,
     variance_before_rounding,
 )
 
@@ -79,11 +78,6 @@ def rate_place(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
     return rounding_variance(noise_at_one_place(_rates_at_rest(holds), step)[0], step)
 
 
-def rate_slope(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
-    """See ``slope_at_one_place``, of the mean rates of holds, shape (3,)."""
-    return slope_at_one_place(_rates_at_rest(holds), step)
-
-
 def rate_step(rotations: Sequence[Rotation]) -> FloatArray:
     """The step of a gyroscope's readings on each axis in rotations, at least one, shape (3,)."""
     return resolution_of(np.concatenate([rotation.rate for rotation in rotations]))
@@ -94,7 +88,9 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
 
     Mean and scatter of such readings depend on one another: both count the samples on the next
     step. The scatter of all holds together gives the noise, with ``FEW_SAMPLES`` more, since a
-    small count is not normal. NaN on an axis whose noise carries the readings over the steps.
+    small count is not normal. Rounding shifts each mean, too: inside a step the reading shows
+    nothing of what the rates differ by from hold to hold, and at the edge of one several times as
+    much. NaN on an axis whose noise carries the readings over the steps.
 
     Args:
         holds: those with a mean rate.
@@ -104,9 +100,9 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
     if not known:
         return np.full((len(holds), 3), np.nan)
     single = np.mean([np.diag(covariance) * samples for covariance, samples in known], axis=0)
-    shift = rate_shift(holds, step)
+    shift = rate_place(holds, step)
     count = np.array([hold.samples for hold in holds])[:, None]
-    out = single / count + FEW_SAMPLES * (step / count) ** 2
+    out = single / count + FEW_SAMPLES * (step / count) ** 2 + shift
     return np.where(shift > single / median(count[:, 0]), out, np.nan)
 
 

@@ -38,8 +38,6 @@ PLACE_DOUBT = 0.01
 """Doubt of a variance over q² of a hundred samples and more."""
 PLACE_NOISES = np.geomspace(0.01, 0.7, 150)
 """σ/q of readings at one place."""
-AXES_ALIKE = np.log(2.0)
-"""Standard deviation of the logarithm of the noises of the axes of one sensor."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -169,46 +167,21 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
     before = variance_before_rounding(rounded, step)
     shift = rounding_variance(before, step)
     for one in np.flatnonzero((step > 0.0) & (rounded < ANY_PLACE * step**2)):
-        noise, shifts, _, _ = _at_places()
+        noise, shifts, _ = _at_places()
         weight = _likely(rounded[one] / step[one] ** 2)
         weight /= weight.sum()
         before[one], shift[one] = step[one] ** 2 * np.array([weight @ noise, weight @ shifts])
     return before, shift
 
 
-def slope_at_one_place(rounded: FloatArray, step: FloatArray) -> FloatArray:
-    """By how much more or less than a small change of the value the average changes: its mean size.
-
-    It is one inside a step, where the average does not change, and more at the edge of one. That
-    the variance comes from hardly any noise at the very edge is likely only if the other axes,
-    which lie at places of their own, have as little noise.
-
-    Args:
-        rounded: variance of rounded readings of each axis of a sensor.
-        step: q, of the same shape; 0 for none.
-    """
-    slope, out = _at_places()[2], np.zeros(len(step))
-    axes = np.flatnonzero(step > 0.0)
-    weight = [_likely(min(rounded[one] / step[one] ** 2, ANY_PLACE)) for one in axes]
-    order = np.log(PLACE_NOISES)
-    alike = np.exp(-0.5 * ((order[:, None] - order) / AXES_ALIKE) ** 2)
-    by_noise = [alike @ one.reshape(-1, len(order)).sum(axis=0) for one in weight]
-    for place, one in enumerate(axes):
-        if rounded[one] < ANY_PLACE * step[one] ** 2:
-            others = [by_noise[other] for other in range(len(axes)) if other != place]
-            likely = (weight[place].reshape(-1, len(order)) * np.prod(others, axis=0)).ravel()
-            out[one] = likely @ slope / max(likely.sum(), 1e-300)
-    return out
-
-
 def _likely(variance: float) -> FloatArray:
     """How likely each of ``_at_places`` is by the variance of the readings over q², shape (n,)."""
-    return np.asarray(np.exp(-0.5 * ((_at_places()[3] - variance) / PLACE_DOUBT) ** 2))
+    return np.asarray(np.exp(-0.5 * ((_at_places()[2] - variance) / PLACE_DOUBT) ** 2))
 
 
 @cache
-def _at_places() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """σ²/q², square of the shift over q², size of the slope less one, variance of readings over q².
+def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """σ²/q², square of the shift over q², variance of readings over q².
 
     Of all noises at all places, shape (n,) each.
     """
@@ -218,9 +191,8 @@ def _at_places() -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     share = np.diff(normal_below(edges), prepend=0.0, append=1.0)
     steps = np.append(below, below[-1] + 1)
     mean = share @ steps
-    slope = np.exp(-0.5 * edges**2).sum(axis=1) / (np.sqrt(2.0 * np.pi) * sigma)
     variance = share @ steps**2 - mean**2
-    return sigma**2, (mean - place) ** 2, np.abs(slope - 1.0), variance
+    return sigma**2, (mean - place) ** 2, variance
 
 
 def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:

@@ -380,8 +380,7 @@ def test_holds_in_which_an_axis_is_stuck_are_not_used(
     """Above 9.3 m/s² or around zero, the converter gives one code.
 
     In one hold the axis lies at the edge of the codes that are skipped, so that its noise shows
-    half of them: it tilts the reference of the rotations before and after it. The one after it is
-    accused, in which that is seen most.
+    half of them: it tilts the reference of the rotations before and after it, and is accused.
     """
 
     def stuck(force: FloatArray) -> FloatArray:
@@ -393,6 +392,9 @@ def test_holds_in_which_an_axis_is_stuck_are_not_used(
     assert _warned(report, "z axis", words, "these readings are wrong and not used")
     found = diagnose_benches(Benches(report, readings), {}, automatic=False)
     assert [one.verdict for one in found] == [Verdict.COMPLETE, gyroscope]
+    at_the_edge = (23,) if gyroscope is Verdict.DISTURBED else ()
+    assert found[1].disturbed_holds == at_the_edge
+    assert found[1].disturbed_rotations == ()
 
 
 def test_a_hold_that_touches_the_end_of_the_range_in_some_samples_is_not_used() -> None:

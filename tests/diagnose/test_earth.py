@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.gyroscope_bound import DEVICES, GRAVITY, RATE, Session, fitted
+from benchmarks.gyroscope_bound import DEVICES, GRAVITY, RATE, Session, WrongRate, fitted
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import entries_of
@@ -31,9 +31,20 @@ class Creeping(Session):
         return self.times * still, [self.times * one for one in turning]
 
 
-def diagnosed(session: Session) -> Diagnosis:
+class Pulled(WrongRate):
+    """A g-sensitivity, rad/s per g: gravity along each axis changes the rate of all."""
+
+    each = np.radians(0.02) * np.array([[0.7, -0.9, 0.4], [1.1, 0.5, -0.8], [-0.6, 1.0, 0.9]])
+
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """See ``WrongRate``."""
+        del time, rate
+        return np.asarray(up @ self.each.T)
+
+
+def diagnosed(session: Session, wrong: WrongRate | None = None) -> Diagnosis:
     """What is said of the gyroscope."""
-    holds, rotations = session.recorded(np.random.default_rng(4))
+    holds, rotations = session.recorded(np.random.default_rng(4), wrong)
     known = fit_accelerometer(holds, GRAVITY, "m/s^2")
     sensors = {"accelerometer": known, "gyroscope": fitted(holds, rotations, known)}
     rates = dict.fromkeys(sensors, RATE)
@@ -66,3 +77,20 @@ def test_a_gyroscope_in_coarse_steps_reads_the_earth_wrongly_and_that_is_no_effe
     coarse = replace(QUIET, rate=(0.03, 0.03, 0.03), step=0.25)
     said = [diagnosed(Session(coarse, seed)) for seed in range(3, 9)]
     assert [one.verdict for one in said] == [Verdict.COMPLETE] * len(said)
+
+
+@pytest.mark.parametrize("steps", [16.0, 32.0])
+def test_steps_of_many_times_the_noise_are_no_pattern(steps: float) -> None:
+    """Rests that all read one number show no noise, and say nothing of that of the rotations."""
+    coarse = replace(QUIET, rate=(0.03, 0.03, 0.03), step=0.03 * steps, earth=False)
+    said = [diagnosed(Session(coarse, seed)) for seed in range(9, 13)]
+    assert [one.verdict for one in said] == [Verdict.COMPLETE] * len(said)
+
+
+@pytest.mark.parametrize("step", [0.04, 0.12])
+def test_a_g_sensitivity_of_less_than_a_step_is_found_in_the_rotations(step: float) -> None:
+    """At rest the steps hide it, or show it several times too large; in motion they average out."""
+    coarse = replace(QUIET, rate=3 * (step / 4.0,), step=step)
+    said = [diagnosed(Session(coarse, seed), Pulled()) for seed in range(3, 6)]
+    assert [one.verdict for one in said] == [Verdict.MISSING] * len(said)
+    assert {one.explanations[0] for one in said} == {("g-sensitivity",)}

@@ -61,6 +61,19 @@ def test_all_rotations_in_which_samples_are_missing_are_told() -> None:
     assert any("in rotations 5, 10, 14, 19 and 22 the rate" in text for text in lost.warnings)
 
 
+def test_rotations_in_which_samples_are_missing_twice_are_told() -> None:
+    """Two jumps of about the same size, of which neither takes back the other."""
+    report, readings = fitted(poses="26", seed=3)
+    numbers = [4, 13, 21]
+    for number in reversed(numbers):
+        one = report.rotations[number]
+        for share in (0.35, 0.15):
+            when = one.time[0] + share * (one.time[-1] - one.time[0])
+            readings = closed(readings, when, when + 0.15)
+    lost = fit_readings(readings)
+    assert [k for k, one in enumerate(lost.rotations) if one.problem] == numbers
+
+
 def test_a_rotation_that_moved_otherwise_is_not_said_to_lack_samples() -> None:
     """A hold that was moved spoils two rotations, whose rates go on."""
     report, readings = fitted(poses="26", seed=3)

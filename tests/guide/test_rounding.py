@@ -10,7 +10,6 @@ from imucal_wizard.measurement.rounding import (
     rounding_covariance,
     rounding_noise,
     rounding_variance,
-    slope_at_one_place,
     variance_before_rounding,
 )
 
@@ -61,30 +60,6 @@ def test_the_shift_of_readings_at_one_place_is_not_claimed_too_small(sigma: floa
     assert np.mean(seen**2 / np.maximum(whole, 1e-12)) < 1.5
     assert np.mean(np.abs(seen) < 1.96 * np.sqrt(whole)) > 0.93
     assert np.sqrt(np.median(before)) == pytest.approx(sigma, abs=0.15)
-
-
-@pytest.mark.parametrize("sigma", [0.03, 0.05, 0.12, 0.25, 0.4])
-def test_a_small_change_is_read_as_none_or_as_a_larger_one(sigma: float) -> None:
-    """By the place of each axis in its step, of which the variance of the readings shows something.
-
-    The mean size covers less than normal errors would: few places are much steeper than most.
-    """
-    rng, change = np.random.default_rng(4), 0.02
-    true = rng.uniform(0.0, 1.0, (300, 3))
-    first = true + sigma * rng.standard_normal((2000, 300, 3))
-    seen = (np.round(first + change) - np.round(first)).mean(axis=0) / change - 1.0
-    each = np.round(first).var(axis=0, ddof=1)
-    found = np.array([slope_at_one_place(one, np.ones(3)) for one in each])
-    by_chance = np.sqrt((1.0 + seen) / (change * 2000))
-    assert np.mean(np.abs(seen) < 2.0 * np.hypot(found, by_chance)) > 0.9
-    assert np.median(found) < 2.5
-
-
-def test_a_small_change_is_read_as_such_where_noise_carries_readings_over_the_steps() -> None:
-    """And where nothing is rounded; inside a step nothing is read of it."""
-    found = slope_at_one_place(np.array([0.35, 0.5, 0.0]), np.array([1.0, 0.0, 1.0]))
-    assert found[:2] == pytest.approx(0.0)
-    assert found[2] == pytest.approx(1.0, abs=0.2)
 
 
 def test_without_noise_it_is_a_twelfth_and_from_half_a_step_on_nothing() -> None:

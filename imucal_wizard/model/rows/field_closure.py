@@ -112,6 +112,11 @@ class FieldClosure(RowSource):
     group_word = "rotation"
     part, prefix = "rotations about the vertical, against the field", "heading-"
 
+    @property
+    def joined(self) -> IntArray:
+        """See ``RowSource``."""
+        return self.holds
+
     def influences(self) -> tuple[Influence, ...]:
         """See ``RowSource``."""
         return self.by_gravity.influences()

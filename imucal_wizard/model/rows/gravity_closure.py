@@ -215,25 +215,28 @@ class ClosureRows(Rows):
         source = self._source
         if not len(source.tilts):
             return None
-        carried = carry(self.ends, source.before)
         before, after = source.holds.T
-        size = np.sqrt(source.tilts)
-        # two directions across the up of each hold, the same for the rotations on either side
-        up = np.ones((len(size), 3))
-        up[before], up[after] = source.before, source.after
-        sides = np.swapaxes(across(up), 1, 2) * size[:, None, None]
-        moved, measured = np.einsum("mji,mjk->mik", self.ends, sides[before]), sides[after]
-        change = np.concatenate(
-            [
-                error_slope(carried, source.after, moved),
-                -error_slope(source.after, carried, measured),
-            ],
-            axis=2,
-        )
+        size = np.sqrt(np.repeat(source.tilts[source.joined], 2, axis=1))
         latent = np.stack([2 * before, 2 * before + 1, 2 * after, 2 * after + 1], axis=1)
         own = 2 * len(source.tilts) + np.arange(3 * len(before)).reshape(-1, 3)
         latent = np.repeat(np.concatenate([latent, own], axis=1), 2, axis=0)
-        return Loading(latent, np.concatenate([source.rows_of(change), self._uneven()], axis=1))
+        return Loading(latent, np.concatenate([size * self.tilts, self._uneven()], axis=1))
+
+    @property
+    def tilts(self) -> FloatArray:
+        """See ``Rows``: along two directions across up, the same for all rotations of a hold."""
+        source = self._source
+        carried = carry(self.ends, source.before)
+        before, after = source.holds.T
+        up = np.ones((int(source.holds.max()) + 1, 3))
+        up[before], up[after] = source.before, source.after
+        sides = np.swapaxes(across(up), 1, 2)
+        moved, measured = np.einsum("mji,mjk->mik", self.ends, sides[before]), sides[after]
+        change = [
+            error_slope(carried, source.after, moved),
+            -error_slope(source.after, carried, measured),
+        ]
+        return source.rows_of(np.concatenate(change, axis=2))
 
     def _uneven(self) -> FloatArray:
         """A root of the covariance of each rotation's rows by what axes have over the quietest."""
@@ -450,6 +453,11 @@ class GravityClosure(RowSource):
     def bounded(self) -> tuple[str, ...]:  # type: ignore[override]  # as above
         """See ``RowSource``."""
         return earth_names(self.earth)
+
+    @property
+    def joined(self) -> IntArray:
+        """See ``RowSource``."""
+        return np.repeat(self.holds, len(self.labels) // len(self.before), axis=0)
 
     def on_earth(self, earth: EarthAxes) -> "GravityClosure":
         """See ``RowSource``."""

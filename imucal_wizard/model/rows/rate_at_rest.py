@@ -1,17 +1,16 @@
 """The gyroscope's mean rate in a hold, the Earth's: ``M (y − b) − ε − Ω``, three rows per hold.
 
 Rounding shifts the readings of all rests alike, as far as their noise does not carry them from one
-step to the next; in motion it averages out. The shift of each axis is a shared parameter. The
-Earth's rate differs between the rests by less than a step, of which the readings show nothing, or
-several times as much at the edge of a step: what they show otherwise are shared parameters, too.
+step to the next; in motion it averages out. The shift of each axis is a shared parameter. What the
+rates differ by between the rests shifts each of them otherwise, which is noise of its own.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.model.effect import GYROSCOPE, Circumstances
 from imucal_wizard.model.rows.earth import EarthAxes, earth_names
@@ -72,14 +71,7 @@ class RestRows(Rows):
         shifted = np.tile(moved[:, rounding > 0.0], (len(self._source.reading), 1))
         if earth is None:
             return shifted
-        inverse = np.linalg.pinv(self._calibration.matrix)
-        steep = [
-            -self._source.slope[axis]
-            * np.einsum("i,hp->hip", self._calibration.matrix[:, axis], inverse[axis] @ earth)
-            for axis in np.flatnonzero(rounding * self._source.slope)
-        ]
-        parts = [one.reshape(len(shifted), earth.shape[2]) for one in (*steep, -earth)]
-        return np.concatenate([shifted, *parts], axis=1)
+        return np.concatenate([shifted, -earth.reshape(len(shifted), earth.shape[2])], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +85,7 @@ class RateAtRest(RowSource):
         labels: see ``RowSource``; one variance component per axis.
         rounding: variance by which rounding shifts the readings of all holds alike, reading
             units², shape (3,).
-        slope: of the readings of each axis, see ``measurement.rounding.slope_at_one_place``, (3,).
+        coarse: whether ``noise`` is mostly what rounding may do to the mean, shape (h, 3).
         earth: rate by each part of the Earth's rate of usual size, shape (h, 3, p); None where it
             is left out.
         group_word: see ``RowSource``.
@@ -104,7 +96,7 @@ class RateAtRest(RowSource):
     circumstances: Circumstances
     labels: RowLabels
     rounding: FloatArray
-    slope: FloatArray = field(default_factory=lambda: np.zeros(3))
+    coarse: BoolArray | None = None
     group_word: str = "direction"
     earth: FloatArray | None = None
     kind = "still"
@@ -115,9 +107,12 @@ class RateAtRest(RowSource):
     @property
     def shared(self) -> tuple[str, ...]:  # type: ignore[override]  # follows from the rounding
         """See ``RowSource``."""
-        parts, sloped = earth_names(self.earth), rounding_names(self.rounding * self.slope)
-        steep = (f"{axis}_{part}" for axis in sloped for part in parts)
-        return (*rounding_names(self.rounding), *steep, *parts)
+        return (*rounding_names(self.rounding), *earth_names(self.earth))
+
+    @property
+    def indifferent(self) -> BoolArray:
+        """See ``RowSource``."""
+        return super().indifferent if self.coarse is None else self.coarse.ravel()
 
     @property
     def undetermined(self) -> tuple[str, ...]:  # type: ignore[override]  # as above

@@ -14,7 +14,7 @@ import numpy as np
 
 from imucal_wizard.core.poses import AXES, DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import true_minus
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.effect import Circumstances
@@ -123,6 +123,11 @@ class Rows(ABC):
     def shared_columns(self) -> FloatArray:
         """Derivative by the source's shared parameters, shape (n, k)."""
         return np.zeros((len(self.residual), 0))
+
+    @property
+    def tilts(self) -> FloatArray:
+        """Derivative by up in the holds at both ends: two components before, two after, (n, 4)."""
+        return np.zeros((len(self.residual), 4))
 
     def loading(self) -> "Loading | None":
         """Measured noise that several rows share; None where there is none."""
@@ -288,6 +293,22 @@ class RowSource(ABC):
         """
         del directions, calibration, terms
         return self
+
+    @property
+    def joined(self) -> IntArray:
+        """Numbers of the holds that each row's rotation joins, −1 for a row of none, shape (n, 2).
+
+        By the numbers that rows at rest have as labels.
+        """
+        return np.full((len(self.labels), 2), -1)
+
+    @property
+    def indifferent(self) -> BoolArray:
+        """Rows that speak for and against no model, because their noise is a mere bound, (n,).
+
+        They agree by far better than it where rounding turns equal inputs into equal readings.
+        """
+        return np.zeros(len(self.labels), np.bool_)
 
     @property
     def item_word(self) -> str:

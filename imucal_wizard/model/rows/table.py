@@ -110,6 +110,11 @@ class ResidualTable:
         return np.repeat([one.repeats_are_noise for one in self.sources], self._counts)
 
     @property
+    def indifferent(self) -> BoolArray:
+        """Rows that speak for and against no model, see ``RowSource``."""
+        return np.concatenate([one.indifferent for one in self.sources])
+
+    @property
     def index(self) -> IntArray:
         """Which hold, rotation or group of samples each row is of, by its own number."""
         return np.concatenate([one.labels.index for one in self.sources])
@@ -159,6 +164,23 @@ class ResidualTable:
     def lever(self) -> FloatArray:
         """How far each row moves with an error of the input on each axis, shape (n, 3)."""
         return np.concatenate([one.lever for one in self.at])
+
+    def spoilt(self, items: Sequence[int]) -> BoolArray:
+        """Rows that say nothing where these holds and rotations are disturbed, shape (n,).
+
+        Their own, and those of the rotations that begin or end in one of these holds.
+        """
+        return np.isin(self.item, items) | self._joins(items).any(axis=1)
+
+    def tilted(self, hold: int) -> FloatArray:
+        """How the rows move with up as it is measured in a hold: two components, rad, (n, 2)."""
+        each = np.concatenate([one.tilts for one in self.at]).reshape(-1, 2, 2)
+        return np.asarray((each * self._joins([hold])[:, :, None]).sum(axis=1))
+
+    def _joins(self, items: Sequence[int]) -> BoolArray:
+        """Whether the hold before and the hold after each row's rotation are of these, (n, 2)."""
+        holds = self.index[~self.moving & np.isin(self.item, items)]
+        return np.isin(np.concatenate([one.joined for one in self.sources]), holds)
 
     def design_columns(self, terms: Sequence[Term]) -> FloatArray:
         """Derivative of the residual by the sizes of effects in turn, per shown unit, (n, p)."""
