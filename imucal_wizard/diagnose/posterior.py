@@ -49,6 +49,9 @@ MAX_SIBLINGS = 12
 """Pairs of effects of one family, by what they explain at equal sizes, that are weighed at all."""
 MAX_JOINED = 3
 """Effects that are joined with others on all their parameters: each costs as much as the set."""
+JOINED_WITH = {EFFECT: 1, DISTURBED: 2}
+"""Others that each of them is joined with. Two disturbed items are told apart from an item between
+them only together: a rotation that is disturbed spoils the holds at its ends, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +159,8 @@ class HypothesisSet:
         """The set with pairs of explanations of which one has several parameters.
 
         All of them would be too many. Joined are the likeliest effects on all parameters, and the
-        likeliest holds and rotations of several rows, each with the likeliest effect and the
-        likeliest disturbed hold or rotation of what it leaves.
+        likeliest holds and rotations of several rows, each with the likeliest effect and the two
+        likeliest disturbed holds or rotations of what it leaves.
 
         Args:
             residual: whitened, shape (n,).
@@ -177,10 +180,13 @@ class HypothesisSet:
             rest = HypothesisSet(self.frame, self.single, inside=inside)
             left = coordinates - inside @ (inside.T @ coordinates)
             found = rest.posterior(self.frame.across @ left)
-            for kind in whole:
-                others = np.array([_joins(first, one, kind) for one in self.single])
-                if others.any():
-                    other = self.single[int(np.argmax(np.where(others, found.single, -1.0)))]
+            likeliest = [self.single[place] for place in np.argsort(-found.single).tolist()]
+            for kind, count in JOINED_WITH.items():
+                others: dict[object, Hypothesis] = {}
+                for one in likeliest:
+                    if _joins(first, one, kind):
+                        others.setdefault(one.terms or one.variant, one)
+                for other in list(others.values())[:count]:
                     made += joint_hypotheses(first, other)
         return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
 
