@@ -162,6 +162,7 @@ class UnknownShape(Effect):
         if MAGNETOMETER not in self.sensors or c.field_unit.name == "uT":
             return self
         made = copy(self)
+        made.field_unit = c.field_unit
         made.units = {**UNIT, MAGNETOMETER: UNIT[MAGNETOMETER].of_field(c.field_unit)}
         return made
 

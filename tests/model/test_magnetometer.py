@@ -19,6 +19,7 @@ from imucal_wizard.model.lesson import (
     picture,
     session_poses,
 )
+from imucal_wizard.model.unknown_shape import UnknownShape
 from imucal_wizard.simulate.forward import TrueCircumstances as Forward
 from imucal_wizard.simulate.hidden import parse_hidden
 
@@ -134,3 +135,19 @@ def test_a_formula_on_counts_is_in_counts() -> None:
         assert counted.suited(counts) is counted
     assert "count" in counted.stories[MAGNETOMETER].signature
     assert "µT" not in counted.stories[MAGNETOMETER].signature
+
+
+def test_what_a_curve_costs_in_counts_is_the_same_angle() -> None:
+    """Twenty counts for each µT turn the heading as far as this does."""
+    c = session_poses()
+    counts = replace(c, magnetic=20.0 * c.magnetic, field_unit=FieldUnit("count", 20.0))
+    curve = effect("unknown-shape/x")
+    assert isinstance(curve, UnknownShape)
+    counted = curve.suited(counts)
+    sizes = np.ones(len(curve.parameters(MAGNETOMETER)))
+    costs = [
+        cost_of_ignoring(one, MAGNETOMETER, scale * sizes).heading_rms
+        for one, scale in ((curve, 1.0), (counted, 20.0))
+    ]
+    assert costs[0] is not None
+    assert costs[1] == pytest.approx(costs[0], rel=1e-6)
