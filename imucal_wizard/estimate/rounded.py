@@ -13,6 +13,7 @@ from imucal_wizard.measurement.data_quality import finer_steps
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import (
     NO_ROUNDING,
+    in_steps,
     noise_at_one_place,
     resolution_of,
     rounding_variance,
@@ -79,8 +80,13 @@ def rate_place(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
 
 
 def rate_step(rotations: Sequence[Rotation]) -> FloatArray:
-    """The step of a gyroscope's readings on each axis in rotations, at least one, shape (3,)."""
-    return resolution_of(np.concatenate([rotation.rate for rotation in rotations]))
+    """The step of a gyroscope's readings on each axis in rotations, at least one, shape (3,).
+
+    0 where they have none: the least change of smooth readings is not one.
+    """
+    rates = np.concatenate([rotation.rate for rotation in rotations])
+    step = resolution_of(rates)
+    return step if in_steps(rates, step) else np.zeros_like(step)
 
 
 def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray:

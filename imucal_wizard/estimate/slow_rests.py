@@ -258,7 +258,7 @@ class _AllanVariances:
 
 
 def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -> Flicker | None:
-    """Flicker noise of the accelerometer as the holds show it; None where they show none.
+    """Flicker noise of the accelerometer as the holds show it; None where they cannot show any.
 
     What turns the device slowly (a table that gives way) changes the readings across gravity more
     than those along it, and is no noise of the sensor: then only those along it count.
@@ -268,6 +268,9 @@ def flicker_in_holds(holds: Sequence[Hold], up: FloatArray, white: FloatArray) -
         up: direction of gravity in each, unit vectors, shape (n, 3).
         white: variance of the mean of each by the noise within it, reading units², shape (n,).
     """
+    long = [hold.end - hold.start for hold in holds if hold.allan_covariances is not None]
+    if sum(long) < MIN_LONG_REST:
+        return None
     rows: list[tuple[float, ...]] = []
     for hold, own, noise in zip(holds, up, white.tolist(), strict=True):
         for halving, one in enumerate(

@@ -65,6 +65,13 @@ def test_few_samples_in_long_holds_tell_nothing() -> None:
         assert flicker_in_holds(few, EIGHTEEN, np.full(18, SIGMA**2)) is None
 
 
+def test_one_hold_of_a_third_of_a_minute_is_no_long_rest() -> None:
+    """The first rest of most sessions lasts as long; three degrees of freedom tell no noise."""
+    holds = holds_of(EIGHTEEN, 20.0, np.random.default_rng(7), 5.0)
+    one = [holds[0], *(replace(hold, allan_covariances=None) for hold in holds[1:])]
+    assert flicker_in_holds(one, EIGHTEEN, np.full(18, SIGMA**2)) is None
+
+
 def test_short_holds_do_not_tell_flicker_noise_from_other_slow_noise() -> None:
     """Six seconds are less than a decade of the shortest parts that are compared."""
     holds = holds_of(EIGHTEEN, 6.0, np.random.default_rng(5), 5.0)
