@@ -71,8 +71,9 @@ def in_steps(values: FloatArray, steps: FloatArray) -> bool:
         values: readings in order of time, shape (n, axes).
         steps: their resolution, shape (axes,).
     """
-    changes = np.abs(np.diff(values[: 2 * SAMPLES_PER_SLICE], axis=0))
-    ratio = changes[:, steps > 0.0] / steps[steps > 0.0]
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is no few steps
+        changes = np.abs(np.diff(values[: 2 * SAMPLES_PER_SLICE], axis=0))
+        ratio = changes[:, steps > 0.0] / steps[steps > 0.0]
     few = ratio[(ratio > 0.0) & (ratio < FEW_STEPS)]
     return not len(few) or bool(np.mean(np.abs(few - np.round(few)) < STEP_TOLERANCE) > 0.5)
 

@@ -478,6 +478,7 @@ def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> Non
     rounded = np.round(force / 0.02) * 0.02
     assert not in_steps(force, resolution_of(force))
     assert in_steps(rounded, resolution_of(rounded))
+    assert in_steps(1e300 * rounded, np.full(3, 1e-30))  # no change of a few steps at all
 
 
 def test_samples_that_are_printed_three_times_are_told() -> None:
