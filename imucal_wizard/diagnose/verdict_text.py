@@ -157,7 +157,7 @@ def _slow_noise(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return [
             (
                 f"Of the noise, {quantity(floors.slow, floors.unit)} is slow noise from hold to "
-                "hold, as far as it grows from that within the holds as flicker noise does."
+                "hold: the flicker noise that the long holds show, extrapolated to the session."
             )
         ]
     slow, table = bench.measured.slow_noise_not_excluded, bench.fit.rows
