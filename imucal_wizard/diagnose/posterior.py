@@ -155,7 +155,9 @@ class HypothesisSet:
         members = members[0].members or members
         return [(one.terms[0], one.variant) for one in members if one.terms]
 
-    def with_joint(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
+    def with_joint(
+        self, residual: FloatArray, posterior: Posterior, kinds: Sequence[str]
+    ) -> "HypothesisSet":
         """The set with pairs of explanations of which one has several parameters.
 
         All of them would be too many. Joined are the likeliest effects on all parameters, and the
@@ -165,6 +167,10 @@ class HypothesisSet:
         Args:
             residual: whitened, shape (n,).
             posterior: of the set for this residual.
+            kinds: of the first of each pair.
+
+        Returns:
+            The same set where there is nothing to join.
         """
         whole: dict[str, dict[object, Hypothesis]] = {EFFECT: {}, DISTURBED: {}}
         for place in np.argsort(-(posterior.evidence + self.log_prior)).tolist():
@@ -175,7 +181,7 @@ class HypothesisSet:
                 whole[DISTURBED].setdefault(one.variant, one)
         made: list[Hypothesis] = []
         coordinates = self.frame.across.T @ residual
-        for first in [one for kind in whole.values() for one in list(kind.values())[:MAX_JOINED]]:
+        for first in [one for kind in kinds for one in list(whole[kind].values())[:MAX_JOINED]]:
             inside = np.linalg.svd(first.patterns, full_matrices=False)[0]
             rest = HypothesisSet(self.frame, self.single, inside=inside)
             left = coordinates - inside @ (inside.T @ coordinates)
@@ -188,7 +194,7 @@ class HypothesisSet:
                         others.setdefault(one.terms or one.variant, one)
                 for other in list(others.values())[:count]:
                     made += joint_hypotheses(first, other)
-        return HypothesisSet(self.frame, (*self.single, *made), self.pairs)
+        return HypothesisSet(self.frame, (*self.single, *made), self.pairs) if made else self
 
     def with_siblings(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
         """The set with the likely pairs of whole effects of one slow family.
@@ -286,10 +292,14 @@ def explained(
     hypotheses = hypothesis_set(misfit, largest_wander=largest_wander)
     posterior = hypotheses.posterior(misfit.residual)
     unknown = [one.kind == UNKNOWN for one in hypotheses.single]
-    likely = posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE
-    if likely or not misfit.lack_of_fit().within_noise:
-        hypotheses = hypotheses.with_joint(misfit.residual, posterior)
-        posterior = hypotheses.posterior(misfit.residual)
+    kinds: tuple[str, ...] = ()
+    if posterior.single[unknown].sum() > MAX_UNKNOWN_ALONE:
+        kinds = EFFECT, DISTURBED
+    elif not misfit.lack_of_fit().within_noise:
+        kinds = (DISTURBED,)
+    joint = hypotheses.with_joint(misfit.residual, posterior, kinds)
+    if joint is not hypotheses:
+        hypotheses, posterior = joint, joint.posterior(misfit.residual)
     if posterior.single[0] < MAX_NOISE_PROBABILITY:
         wider = hypotheses.with_siblings(misfit.residual, posterior)
         if wider is not hypotheses:
