@@ -48,7 +48,8 @@ out: they are many, and each costs time wherever explanations are weighed."""
 MAX_SIBLINGS = 12
 """Pairs of effects of one family, by what they explain at equal sizes, that are weighed at all."""
 MAX_JOINED = 3
-"""Effects that are joined with others on all their parameters: each costs as much as the set."""
+"""Explanations of a kind that are joined with others on all their parameters: each costs as much as
+the set."""
 JOINED_WITH = {EFFECT: 1, DISTURBED: 2}
 """Others that each of them is joined with. Two disturbed items are told apart from an item between
 them only together: a rotation that is disturbed spoils the holds at its ends, too."""
@@ -282,8 +283,8 @@ def explained(
     """Everything that may explain a misfit, and the probabilities.
 
     Where noise alone is improbable, pairs of whole effects of one slow family are among the
-    explanations; where unknown structure is likely, or noise does not make what is left, other
-    pairs of which one has several parameters, too.
+    explanations. So are other pairs of which one has several parameters: with a disturbed hold or
+    rotation where noise does not make what is left, and all where unknown structure is likely.
 
     Args:
         misfit: what is left.

@@ -199,9 +199,9 @@ def hold_from(blocks: Blocks) -> Hold:
 def _allan_covariances(blocks: Blocks) -> FloatArray | None:
     """See ``Hold``."""
     seconds = float(blocks.end[-1] - blocks.start[0])
-    halvings = math.floor(math.log2(min(seconds / SHORTEST_AVERAGE, len(blocks))))
-    if seconds < MIN_LONG_HOLD or not np.isfinite(blocks.mean_a).all():
+    if seconds < MIN_LONG_HOLD or len(blocks) < 2 or not np.isfinite(blocks.mean_a).all():
         return None
+    halvings = math.floor(math.log2(min(seconds / SHORTEST_AVERAGE, len(blocks))))
     edges = (np.arange(2**halvings) * len(blocks)) // 2**halvings
     number = np.diff(np.append(edges, len(blocks)))[:, None]
     means = np.add.reduceat(blocks.mean_a - blocks.mean_a[0], edges) / number

@@ -36,8 +36,6 @@ ANY_PLACE = 1.0 / 3.0
 """Variance over q² of rounded readings with σ = q/2, from which on it is the same at all places."""
 PLACE_DOUBT = 0.01
 """Doubt of a variance over q² of a hundred samples and more."""
-PLACE_NOISES = np.geomspace(0.01, 0.7, 150)
-"""σ/q of readings at one place."""
 _GRID = np.concatenate([[0.0], np.geomspace(1e-5, 1.0, 200)])
 """Values of σ²/q²; beyond them, rounding only adds q²/12."""
 
@@ -168,32 +166,25 @@ def noise_at_one_place(rounded: FloatArray, step: FloatArray) -> tuple[FloatArra
     before = variance_before_rounding(rounded, step)
     shift = rounding_variance(before, step)
     for one in np.flatnonzero((step > 0.0) & (rounded < ANY_PLACE * step**2)):
-        noise, shifts, _ = _at_places()
-        weight = _likely(rounded[one] / step[one] ** 2)
+        noise, shifts, seen = _at_places()
+        weight = np.exp(-0.5 * ((seen - rounded[one] / step[one] ** 2) / PLACE_DOUBT) ** 2)
         weight /= weight.sum()
         before[one], shift[one] = step[one] ** 2 * np.array([weight @ noise, weight @ shifts])
     return before, shift
 
 
-def _likely(variance: float) -> FloatArray:
-    """How likely each of ``_at_places`` is by the variance of the readings over q², shape (n,)."""
-    return np.asarray(np.exp(-0.5 * ((_at_places()[2] - variance) / PLACE_DOUBT) ** 2))
-
-
 @cache
 def _at_places() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """σ²/q², square of the shift over q², variance of readings over q².
-
-    Of all noises at all places, shape (n,) each.
-    """
-    sigma, place = (one.ravel() for one in np.meshgrid(PLACE_NOISES, np.linspace(0.0, 0.5, 51)))
+    """σ²/q², square of the shift and variance over q², of all noises at all places, (n,) each."""
+    sigma, place = (
+        one.ravel() for one in np.meshgrid(np.geomspace(0.01, 0.7, 150), np.linspace(0.0, 0.5, 51))
+    )
     below = np.arange(-6, 7)
-    edges = (below + 0.5 - place[:, None]) / sigma[:, None]
-    share = np.diff(normal_below(edges), prepend=0.0, append=1.0)
+    passed = normal_below((below + 0.5 - place[:, None]) / sigma[:, None])
+    share = np.diff(passed, prepend=0.0, append=1.0)
     steps = np.append(below, below[-1] + 1)
     mean = share @ steps
-    variance = share @ steps**2 - mean**2
-    return sigma**2, (mean - place) ** 2, variance
+    return sigma**2, (mean - place) ** 2, share @ steps**2 - mean**2
 
 
 def integrated_rounding(reading: FloatArray, step: FloatArray) -> FloatArray:
