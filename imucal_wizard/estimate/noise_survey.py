@@ -11,6 +11,7 @@ from imucal_wizard.acquire.files.recording_files import MIN_DATE_SECONDS
 from imucal_wizard.core.errors import DataError, RecordingError
 from imucal_wizard.core.gravity import median_magnitude
 from imucal_wizard.core.limits.stillness import MIN_SLOW_MOMENT
+from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise_coefficients import NoiseFit, fit_noise
@@ -226,8 +227,8 @@ class NoiseSurvey:
                 )
             if rest.gaps:
                 found.append(
-                    f"the {name} has {rest.gaps} gaps of more than a second; nothing is joined "
-                    "across them"
+                    f"the {name} has {plural(rest.gaps, 'gap')} of more than "
+                    f"{rest.longest_filled:g} s; nothing is joined across a gap"
                 )
         for name, one in sensors.items():
             bad = [axis for axis, fit in zip("xyz", one.fits, strict=False) if fit.misfit_p < 0.01]

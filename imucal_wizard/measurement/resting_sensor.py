@@ -44,7 +44,8 @@ DISTURBED_SIGMA_OF_STEP = 8.0
 SWAY_PARTS = 10
 """Parts of a block; their means show the sway of a hand and little of a sensor's noise."""
 MAX_FILLED_SECONDS = 1.0
-"""Longest gap that is filled by a straight line; a longer one interrupts the recording."""
+"""Longest gap that is filled by a straight line; a longer one, unless it is usual between samples,
+interrupts the recording."""
 MERGED_SECONDS = 10.0
 """Disturbances that follow one another within this time count as one."""
 
@@ -79,6 +80,7 @@ class RestingSensor:
         filled: samples that were missing and are filled in.
         gaps: longer gaps.
         judged: samples in all blocks so far.
+        longest_filled: s; a longer gap interrupts the recording.
     """
 
     def __init__(self, rate: float, largest_sway: float = np.inf) -> None:
@@ -86,10 +88,12 @@ class RestingSensor:
         self.disturbances: list[MovedPart] = []
         self.filled = self.gaps = self.judged = 0
         self._nominal = 1.0 / rate
+        self.longest_filled = max(MAX_FILLED_SECONDS, MAX_SAMPLE_INTERVALS * self._nominal)
         self._size = max(round(JUDGED_SECONDS * rate), MIN_JUDGED_SAMPLES)
         self._largest_sway = largest_sway
         self._resolution: FloatArray | None = None
-        self._time, self._values = np.zeros(0), np.zeros((0, len(AXES)))
+        self._last = np.zeros(0), np.zeros((0, len(AXES)))
+        self._waiting = self._last
         self._variances = np.zeros((0, len(AXES)))
         self._steps = np.zeros((0, len(AXES)))
         self._span, self._intervals = 0.0, 0
@@ -108,25 +112,26 @@ class RestingSensor:
 
     def feed(self, series: Series) -> None:
         """Add the samples that follow."""
-        time = np.concatenate([self._time, series.time])
-        values = np.concatenate([self._values, series.values])
-        time, values = self._filled_in(time, values)
-        breaks = np.flatnonzero(np.diff(time) > MAX_FILLED_SECONDS) + 1
-        for place in breaks.tolist():
-            self._interrupted(time[:place], values[:place])
+        old, last = self._last  # the gap to the first new sample counts as any other
+        time = np.concatenate([old, series.time])
+        time, values = self._filled_in(time, np.concatenate([last, series.values]))
+        begin = len(old)
+        self._last = time[-1:], values[-1:]
+        for place in (np.flatnonzero(np.diff(time) > self.longest_filled) + 1).tolist():
+            self._judge_all(time[begin:place], values[begin:place])
+            self._interrupt()
             self.gaps += 1
-        done = int(breaks[-1]) if len(breaks) else 0
-        self._time, self._values = self._judge_all(time[done:], values[done:])
+            begin = place
+        self._judge_all(time[begin:], values[begin:])
 
     def finish(self) -> None:
         """The recording has ended."""
-        self._interrupted(self._time, self._values)
-        self._time, self._values = np.zeros(0), np.zeros((0, len(AXES)))
+        self._interrupt()
 
     def _filled_in(self, time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The samples with a straight line across short gaps."""
         steps = np.diff(time)
-        short = (steps > MAX_SAMPLE_INTERVALS * self._nominal) & (steps <= MAX_FILLED_SECONDS)
+        short = (steps > MAX_SAMPLE_INTERVALS * self._nominal) & (steps <= self.longest_filled)
         if not short.any():
             return time, values
         missing = np.where(short, np.round(steps / self._nominal) - 1, 0).astype(np.int64)
@@ -136,25 +141,28 @@ class RestingSensor:
         columns = [np.interp(every, place, column) for column in (time, *values.T)]
         return columns[0], np.column_stack(columns[1:])
 
-    def _interrupted(self, time: FloatArray, values: FloatArray) -> None:
-        """The last samples before a gap or the end."""
-        time, values = self._judge_all(time, values)
+    def _interrupt(self) -> None:
+        """The samples that follow are not joined to those before."""
+        time, values = self._waiting
         blocks = len(time) // self._size
         if blocks:
             self._judge(*self._blocks(time, values, blocks))
         if self._held is not None:
             held_time, held, disturbed = self._held
             self._count_run(held_time, held, bad=bool(disturbed[0]) or self._disturbed)
+        self._waiting = time[:0], values[:0]
         self.sums.interrupt()
         self._begin()
 
-    def _judge_all(self, time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Judge as many blocks as are judged together; returns the samples that are left."""
+    def _judge_all(self, time: FloatArray, values: FloatArray) -> None:
+        """Add samples, and judge as many blocks as are judged together."""
         size = JUDGED_BLOCKS * self._size
+        time = np.concatenate([self._waiting[0], time])
+        values = np.concatenate([self._waiting[1], values])
         while len(time) >= size:
             self._judge(*self._blocks(time, values, JUDGED_BLOCKS))
             time, values = time[size:], values[size:]
-        return time, values
+        self._waiting = time, values
 
     def _blocks(
         self, time: FloatArray, values: FloatArray, count: int

@@ -116,6 +116,22 @@ def test_motion_is_named_and_left_out(tmp_path: Path, capsys: pytest.CaptureFixt
     assert max(map(len, text.splitlines())) <= 80
 
 
+@pytest.mark.parametrize("pieces", [1, 40])
+def test_gaps_and_jitter_do_not_change_how_long_the_device_rested(pieces: int) -> None:
+    """Four gaps of 3 s, all just where 30 blocks have been judged; and one sample per second."""
+    time, count = TIME + 3.0 * (np.arange(COUNT) // (30 * int(RATE))), COUNT
+    jitter = np.random.default_rng(8116).uniform(-1e-3, 1e-3, count)
+    for when, rate, gaps in ((time, RATE, 4), (np.arange(count) + jitter, 1.0, 0)):
+        survey = NoiseSurvey()
+        for rows in np.array_split(np.arange(count), pieces):
+            survey.feed(Readings(Series(when[rows], force(8117)[rows], "m/s^2")))
+        found = survey.result()
+        assert found.sensors["accelerometer"].seconds == pytest.approx(count / rate, rel=2e-3)
+        assert [one for one in found.warnings if "gaps of more than 1 s" in one] == [
+            f"the accelerometer has {gaps} gaps of more than 1 s; nothing is joined across a gap"
+        ] * (gaps > 0)
+
+
 def test_a_live_screen_of_80_columns_and_24_rows_holds_the_plots_of_two_sensors() -> None:
     survey, rates = NoiseSurvey(), three_axes(8113, COUNT, RATE, white=2e-4)
     survey.feed(Readings(Series(TIME, force(8114), "m/s^2"), Series(TIME, rates, "rad/s")))
