@@ -258,16 +258,15 @@ def find_table(series: Series, given: KnownRates) -> TableData:
         DataError: nothing in the recording has the listed rates or angles.
     """
     holds = constant_rates(series)
-    if not holds:
+    starts = list(starting_points(holds, series, given)) if holds else []
+    if not starts:
+        shown = "reads only one steady rate" if holds else "is never steady for a second"
         raise DataError(
-            "the gyroscope is never steady for a second: let the table rest, and let it rotate at "
-            "each rate for some seconds"
+            f"the gyroscope {shown}: let the table rest, and let it rotate at each rate for some "
+            "seconds"
         )
     found = min(
-        (
-            assign_rates(holds, series, given, start, calibrated=False)
-            for start in starting_points(holds, series, given)
-        ),
+        (assign_rates(holds, series, given, start, calibrated=False) for start in starts),
         key=lambda one: (len(one.left_out), -len(one.rests), -len(one.turned), one.misfit),
     )
     for _ in range(MAX_ASSIGNMENTS):

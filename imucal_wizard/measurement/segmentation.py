@@ -133,6 +133,8 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     cutter, maker = BlockCutter(rate), WindowMaker()
     parts = [cutter.feed(part) for part in _slabs(together)]
     blocks = join_blocks(parts)
+    if not len(blocks):
+        return None
     windows = maker.feed(blocks)
     gyroscope = readings.gyroscope
     step_a = resolution_of(readings.accelerometer.values)

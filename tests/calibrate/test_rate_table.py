@@ -24,6 +24,7 @@ from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.estimate import rate_table
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.known_rotation import KnownRotation
@@ -178,6 +179,13 @@ def test_few_mountings_leave_the_angles_nominal_and_say_so() -> None:
         fit_table(Readings(NONE, series), (33.3, 45.0))
     with pytest.raises(DataError, match="hardly any rotation between them"):
         fit_readings(Readings(NONE, series), FitOptions(turns=(np.pi / 2,)))
+
+
+def test_counts_of_a_table_that_never_turns_are_refused_in_words() -> None:
+    time = np.arange(1000) / 100.0
+    counts = np.round(np.random.default_rng(4).normal(20.0, 2.0, (1000, 3)))
+    with pytest.raises(DataError, match="reads only one steady rate: let the table rest"):
+        rate_table.find_table(Series(time, counts, "count"), KnownRates(rates=(np.radians(10.0),)))
 
 
 @pytest.mark.parametrize(("density", "told"), [(0.01, True), (20.0, False)])

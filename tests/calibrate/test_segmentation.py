@@ -381,19 +381,12 @@ def test_the_parts_of_a_rest_have_one_number() -> None:
     assert rest_numbers([]).dtype == np.int64
 
 
-def test_nothing_is_found_in_nothing() -> None:
-    """An empty recording and one shorter than two seconds have no noise to go by."""
+@pytest.mark.parametrize("count", [0, 3, 150])
+def test_nothing_is_found_in_nothing(count: int) -> None:
+    """No sample, less than a block, and less than two seconds: no noise to go by."""
     series = session().accelerometer
-    assert (
-        reduce_recording(Readings(replace(series, time=series.time[:0], values=series.values[:0])))
-        is None
-    )
-    assert (
-        reduce_recording(
-            Readings(replace(series, time=series.time[:150], values=series.values[:150]))
-        )
-        is None
-    )
+    few = Readings(replace(series, time=series.time[:count], values=series.values[:count]))
+    assert reduce_recording(few) is None
 
 
 def test_a_constant_reading_has_no_noise_and_no_division_by_it() -> None:
