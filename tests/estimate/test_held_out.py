@@ -172,12 +172,13 @@ def test_a_rest_in_pieces_is_judged_as_one() -> None:
     assert together != pytest.approx(judge(broken, GRAVITY), rel=1e-3)
 
 
-def test_chi_square_is_that_of_the_tables() -> None:
-    """Wilson and Hilferty's approximation against SciPy."""
-    for freedom in (4.0, 9.5, 30.0, 200.0):
-        for deviations in (-WITHIN_NINETY, WITHIN_NINETY):
-            exact = chi2.ppf(norm.cdf(deviations), freedom) / freedom
-            assert chi_square(deviations, freedom) == pytest.approx(exact, rel=0.03)
+@pytest.mark.parametrize("freedom", [0.5, 1.0, 2.0, 4.0, 5.9, 6.0, 9.5, 30.0, 200.0])
+def test_chi_square_is_that_of_the_tables(freedom: float) -> None:
+    """Against SciPy: exact for few degrees of freedom, else Wilson and Hilferty's approximation."""
+    for deviations in (-WITHIN_NINETY, 0.0, WITHIN_NINETY):
+        exact = chi2.ppf(norm.cdf(deviations), freedom) / freedom
+        near = 1e-6 if freedom < 6.0 else 0.02
+        assert chi_square(deviations, freedom) == pytest.approx(exact, rel=near)
 
 
 @pytest.mark.study
