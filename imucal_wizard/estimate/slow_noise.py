@@ -106,9 +106,7 @@ def estimate_slow_errors(
         kind = _kind(ordered[np.ix_(place, place)], fitted, left, of_strength, between)
         log = kind.weight + np.log(chance * of_parts)
         if rests is not None:
-            for k, size in enumerate(kind.size):
-                axes = slice(k, k + 1) if len(fitted) > 1 else slice(None)
-                log += rests.evidence(kernel, size, axes, of_strength)
+            log += rests.evidence(kernel, kind.size, of_strength)
         kinds.append(replace(kind, weight=log, long=kernel is not None))
     highest = max(float(kind.weight.max()) for kind in kinds)
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)

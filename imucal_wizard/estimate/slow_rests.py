@@ -30,9 +30,15 @@ from imucal_wizard.measurement.holds import Hold
 MIN_LONG_REST = 60.0
 """Seconds from which on one rest shows slow noise: twenty averages as long as a hold."""
 PIECE = 3.0
-"""Seconds of each of these averages."""
+"""Seconds of each of these averages, at the usual rates."""
 MOMENTS = 6
 """Parts of each of them, whose scatter is white noise."""
+SAMPLES_OF_MOMENT = 2
+"""Intervals of such a part: at fewer than four samples per second the averages are longer, and the
+rest that shows slow noise is so as well."""
+MOST_AVERAGES = 300
+"""Most averages of a rest; in a longer one neighbours are joined. The time that they take grows
+with the cube of their number."""
 FLICKER_P = 0.05
 """Probability by white noise alone of Allan variances as large at long averages, above which there
 is no flicker noise; and by the noise found of those that differ as much from it, below which the
@@ -75,16 +81,14 @@ class RestPieces:
     lever: FloatArray
     rest: IntArray
 
-    def evidence(
-        self, kernel: Kernel | None, squares: FloatArray, axes: slice, of_strength: bool
-    ) -> FloatArray:
+    def evidence(self, kernel: Kernel | None, squares: FloatArray, of_strength: bool) -> FloatArray:
         """Logarithm of the likelihood of slow errors of each of these sizes, shape (k,).
 
         Args:
             kernel: covariance of averages by slow errors of size one; None for errors that are the
                 same throughout a rest.
-            squares: squares of the sizes, shape (k,).
-            axes: whose slow errors have these sizes.
+            squares: squares of the sizes of each axis, shape (a, k); (1, k) if they are the same
+                for all.
             of_strength: whether they are errors of the field's strength and not of the bias.
         """
         edges = np.append(np.flatnonzero(np.diff(self.rest, prepend=self.rest[0] - 1)), len(self))
@@ -96,16 +100,18 @@ class RestPieces:
                 values, vectors = np.linalg.eigh(across.T @ inside @ across)
                 across = across @ vectors
             moved = 1.0 if of_strength else float(np.mean(self.lever[first:last] ** 2))
-            turned.append((across.T @ self.means[first:last, axes]) ** 2)
-            white.append(np.tile(self.white[first:last, axes].mean(axis=0), (len(values), 1)))
+            turned.append((across.T @ self.means[first:last]) ** 2)
+            white.append(np.tile(self.white[first:last].mean(axis=0), (len(values), 1)))
             slow.append(moved * np.maximum(values, 0.0))
         square, own = np.concatenate(turned), np.concatenate(white)
-        beyond = squares[:, None, None] * np.concatenate(slow)[:, None]
+        beyond = squares.T[:, None] * np.concatenate(slow)[:, None]
         of_each = []
         for level in self.levels:
             variance = level * own + beyond
-            of_each.append(-0.5 * (np.log(variance) + square / variance).sum(axis=(1, 2)))
-        return np.asarray(np.logaddexp.reduce(of_each, axis=0) - math.log(len(self.levels)))
+            log = -0.5 * (np.log(variance) + square / variance).sum(axis=1)
+            of_each.append(log if len(squares) > 1 else log.sum(axis=1, keepdims=True))
+        likely = np.logaddexp.reduce(of_each, axis=0) - math.log(len(self.levels))
+        return np.asarray(likely.sum(axis=1))
 
     def __len__(self) -> int:
         return len(self.rest)
@@ -120,27 +126,31 @@ def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Rest
         matrix: SI per reading, shape (3, 3).
     """
     longest = max(holds, key=lambda hold: hold.end - hold.start)
-    seconds = longest.end - longest.start
-    if seconds < MIN_LONG_REST:
+    seconds, rate = longest.end - longest.start, series.rate
+    piece = max(PIECE, MOMENTS * SAMPLES_OF_MOMENT / rate) if rate else math.inf
+    if seconds < MIN_LONG_REST / PIECE * piece:
         return None
     inside = series.between(longest.start, longest.end)
-    count = int(seconds / PIECE)
-    moments = np.floor((inside.time - longest.start) / (seconds / (count * MOMENTS))).astype(int)
-    moments = np.clip(moments, 0, count * MOMENTS - 1)
-    number = np.bincount(moments, minlength=count * MOMENTS)
+    joined = math.ceil(int(seconds / piece) / MOST_AVERAGES)
+    count = int(seconds / piece) // joined
+    parts = count * joined * MOMENTS
+    moments = np.floor((inside.time - longest.start) / (seconds / parts)).astype(int)
+    moments = np.clip(moments, 0, parts - 1)
+    number = np.bincount(moments, minlength=parts)
     if number.min() < 1:
         return None  # samples are missing
     centred = (inside.values - inside.values.mean(axis=0)) @ matrix.T
     means = np.array([np.bincount(moments, axis) / number for axis in centred.T])
-    means = means.reshape(3, count, MOMENTS)
-    pieces = means.mean(axis=2)
-    white = ((means - pieces[:, :, None]) ** 2).sum(axis=(1, 2)) / (count * (MOMENTS - 1) * MOMENTS)
+    means = means.reshape(3, count * joined, MOMENTS)
+    averages = means.mean(axis=2)
+    scatter = ((means - averages[:, :, None]) ** 2).sum(axis=(1, 2))
+    white = scatter / (parts * (MOMENTS - 1) * joined)
     if not (white > 0.0).all():
         return None
     edges = longest.start + seconds / count * np.arange(count + 1)
     return RestPieces(
         spans=np.column_stack([edges[:-1], edges[1:]]),
-        means=pieces.T,
+        means=averages.reshape(3, count, joined).mean(axis=2).T,
         white=np.tile(white, (count, 1)),
         levels=np.ones(1),
         lever=np.ones(count),
