@@ -295,6 +295,17 @@ def test_three_circles_do_not_determine_the_off_diagonals() -> None:
     assert any("do not determine" in text for text in fit.warnings)
 
 
+@pytest.mark.parametrize("method", ["orthogonal", "algebraic", "two-step", "numeric"])
+def test_directions_within_sixty_degrees_give_the_hard_iron_only_by_every_method(
+    method: str,
+) -> None:
+    rng = np.random.default_rng(9)
+    directions = tumbling(rng, 20_000)
+    found = fit_magnetometer(recorded(directions[directions[:, 2] > 0.5], rng).series, None, method)
+    assert any("the soft iron is left out" in text for text in found.fit.warnings)
+    assert found.fit.matrix == pytest.approx(np.eye(3), abs=1e-5)
+
+
 @pytest.mark.parametrize("faces", [(0, 2, 4), (0, 3), (1, 2), (0, 4)])
 def test_what_is_left_at_zero_counts_in_the_errors_of_the_rest(faces: tuple[int, ...]) -> None:
     """N's sensor has soft iron of the usual size: all that is fitted beside it holds."""

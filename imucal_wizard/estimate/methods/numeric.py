@@ -11,15 +11,14 @@ from imucal_wizard.core.readings import FloatArray, IntArray
 from imucal_wizard.estimate.ellipsoid.surface import COLUMNS, ROWS, parameters, symmetric_matrix
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
-from imucal_wizard.estimate.methods.two_step import TwoStep, two_step
+from imucal_wizard.estimate.methods.two_step import EVERY, TwoStep, two_step
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.model.identifiability import basis_of
 
 QUASI_NEWTON_ITERATIONS = 2000
 """As in figure 3."""
 FLAT_SLOPE = 1e-4
 """Slope, in units of the magnitude, above which the iteration did not end at a minimum."""
-CROSS = (4, 5, 7)
-"""Places of ``w₄`` to ``w₆`` among the parameters."""
 
 
 def run(data: Magnitudes) -> SensorFit:
@@ -28,7 +27,7 @@ def run(data: Magnitudes) -> SensorFit:
 
     def estimate(points: FloatArray, rows: IntArray) -> MethodEstimate:
         samples = points[rows]
-        found = numeric(samples, two_step(samples, data.cross), data.cross, *known)
+        found = numeric(samples, two_step(samples, data.free), data.free, *known)
         known[:] = known or [found]
         return found
 
@@ -36,14 +35,17 @@ def run(data: Magnitudes) -> SensorFit:
 
 
 def numeric(
-    samples: FloatArray, start: TwoStep, cross: bool = True, near: MethodEstimate | None = None
+    samples: FloatArray,
+    start: TwoStep,
+    free: tuple[int, ...] = EVERY,
+    near: MethodEstimate | None = None,
 ) -> MethodEstimate:
     """Figure 3.
 
     Args:
         samples: in units near 1, shape (n, 3).
         start: where ``V₀`` and ``S`` are taken from.
-        cross: whether ``w₄`` to ``w₆`` are free.
+        free: free parameters, as of the two-step estimate.
         near: of almost the same samples, where the iteration then begins.
 
     Returns:
@@ -54,27 +56,25 @@ def numeric(
     """
     from scipy.optimize import minimize
 
-    free = np.ones(9, bool)
-    free[list(CROSS)] = cross
+    basis = basis_of(free, common_scale=3 not in free)
     theta = parameters(np.eye(3), start.offset)
     if near is not None:
         theta = parameters(near.matrix * start.magnitude, near.bias)
 
     def freed(x: FloatArray) -> tuple[float, FloatArray]:
-        theta[free] = x
-        value, slope = performance(theta, samples, start.magnitude)
-        return value, slope[free]
+        value, slope = performance(theta + basis @ x, samples, start.magnitude)
+        return value, basis.T @ slope
 
     found = minimize(
         freed,
-        theta[free].copy(),
+        np.zeros(basis.shape[1]),
         jac=True,
         method="BFGS",
         options={"maxiter": QUASI_NEWTON_ITERATIONS, "gtol": 1e-9},
     )
-    theta[free] = found.x
+    theta += basis @ found.x
     _, slope = performance(theta, samples, start.magnitude)
-    if not np.abs(slope[free]).max() < FLAT_SLOPE:
+    if not np.abs(basis.T @ slope).max() < FLAT_SLOPE:
         raise DataError(
             "the numeric method does not converge: the readings are not of one magnitude; use the "
             "default method"

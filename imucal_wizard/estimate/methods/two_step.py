@@ -21,8 +21,11 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.ellipsoid.surface import QUADRIC_ENTRIES, positive_root
 from imucal_wizard.estimate.method_data import Magnitudes, MethodEstimate
 from imucal_wizard.estimate.methods import Method
+from imucal_wizard.estimate.methods.algebraic import quadrics
 from imucal_wizard.estimate.result import SensorFit
 
+EVERY = tuple(range(9))
+"""Places of all parameters of an ellipsoid: ``V₀`` and the six entries of ``W⁻¹``."""
 SMALLEST_EIGENVALUE = 1e-12
 """Of ``x'x`` with columns of length 1, below which it has no inverse."""
 
@@ -46,31 +49,32 @@ def run(data: Magnitudes) -> SensorFit:
     """The two steps on all samples alike."""
 
     def estimate(points: FloatArray, rows: IntArray) -> MethodEstimate:
-        found = two_step(points[rows], data.cross)
+        found = two_step(points[rows], data.free)
         return MethodEstimate(found.matrix / found.magnitude, found.offset, 2)
 
     return data.judged("two-step", estimate, biased=True)
 
 
-def two_step(samples: FloatArray, cross: bool = True) -> TwoStep:
+def two_step(samples: FloatArray, free: tuple[int, ...] = EVERY) -> TwoStep:
     """Figure 2.
 
     Args:
         samples: in any unit, shape (n, 3).
-        cross: whether the products, and so ``w₄`` to ``w₆``, are fitted; N leaves them at zero
-            where few orientations were taken (VII-A).
+        free: free parameters. N leaves ``w₄`` to ``w₆`` (4, 5 and 7) at zero where few
+            orientations were taken (VII-A); without any scale (3, 6, 8) there is one for all.
 
     Raises:
         DataError: the samples lie in a plane, or on no ellipsoid.
     """
     offset, magnitude = fit_sphere(samples)
     centred = samples - offset
-    places = QUADRIC_ENTRIES if cross else QUADRIC_ENTRIES[:3]
-    products = np.column_stack([centred[:, i] * centred[:, j] for i, j in places])
-    beta = _solve(products, np.full(len(samples), magnitude**2))
+    products = np.column_stack([centred[:, i] * centred[:, j] for i, j in QUADRIC_ENTRIES])
+    products[:, 3:] *= 2.0
+    basis = quadrics(free)[:6, :-4]
+    beta = basis @ _solve(products @ basis, np.full(len(samples), magnitude**2))
     square = np.zeros((3, 3))
-    for value, (i, j) in zip(beta, places, strict=False):
-        square[i, j] = square[j, i] = value if i == j else value / 2.0
+    for value, (i, j) in zip(beta, QUADRIC_ENTRIES, strict=True):
+        square[i, j] = square[j, i] = value
     return TwoStep(magnitude, offset, positive_root(square))
 
 
