@@ -7,7 +7,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
+from imucal_wizard.core.limits.data_quality import (
+    MIN_DATE_SECONDS,
+    RESTART_GAP_SECONDS,
+    RESTART_GAP_TOLERANCE,
+)
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
 
@@ -26,7 +30,16 @@ digits); their higher powers would overflow."""
 
 def across_restarts(steps: FloatArray) -> BoolArray:
     """Which steps of time, s, stand for an interruption of unknown length, shape (n,)."""
-    return np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=1e-6)
+    return np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=RESTART_GAP_TOLERANCE)
+
+
+def origin_of_times(first: float) -> float:
+    """From where on the times of a recording are told, s: its start, if its clock counts a date.
+
+    Args:
+        first: time of the first sample by the clock, s.
+    """
+    return first if first >= MIN_DATE_SECONDS else 0.0
 
 
 def distinct(values: A) -> A:

@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.acquire.files.recording_files import MIN_DATE_SECONDS
 from imucal_wizard.core.errors import DataError, RecordingError
 from imucal_wizard.core.gravity import median_magnitude
 from imucal_wizard.core.limits.stillness import MIN_SLOW_MOMENT
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray, Readings, Series, join_readings
+from imucal_wizard.core.readings import (
+    FloatArray,
+    Readings,
+    Series,
+    join_readings,
+    origin_of_times,
+)
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise_coefficients import NoiseFit, fit_noise
 from imucal_wizard.measurement.allan_variance import AllanVariance
@@ -157,8 +162,7 @@ class NoiseSurvey:
     def _dated(self, series: Series) -> Series:
         """The series with times since the first sample, if its clock counts from a date."""
         if self._origin is None and len(series):
-            first = float(series.time[0])
-            self._origin = first if first >= MIN_DATE_SECONDS else 0.0
+            self._origin = origin_of_times(float(series.time[0]))
         return replace(series, time=series.time - self._origin) if self._origin else series
 
     def _check(self) -> None:

@@ -49,6 +49,7 @@ from imucal_wizard.core.readings import (
     Series,
     across_restarts,
     distinct,
+    origin_of_times,
 )
 from imucal_wizard.core.statistics import (
     lengths,
@@ -330,7 +331,7 @@ def missing_samples(time: FloatArray) -> str:
     gaps = np.flatnonzero(long & ~across_restarts(steps))  # the loss at a restart is unknown
     if not len(gaps):
         return ""
-    ratios = steps[gaps] / usual
+    ratios, origin = steps[gaps] / usual, origin_of_times(float(time[0]))
     uneven = median(np.abs(ratios - np.round(ratios))) > MAX_UNEVEN_PART
     bursts = median(ratios) > MAX_BURST_RATIO
     if len(gaps) > MAX_JITTER_SHARE * len(steps) and (uneven or bursts):
@@ -340,19 +341,21 @@ def missing_samples(time: FloatArray) -> str:
     short = np.maximum(usual - np.maximum(near[gaps - 1], 0.0), 0.0)
     short += np.maximum(usual - near[gaps + 1], 0.0)
     real = steps[gaps] - short > MIN_MISSING_STEP * usual
-    if real.mean() < MIN_MISSING_SHARE:  # of many that are late some follow each other
-        nothing = "the" if real.any() else "nothing is missing, but the"
+    # several late samples in a row look like a missing one, so that a few of these prove nothing
+    if real.mean() < MIN_MISSING_SHARE:
+        times = "the times" if real.any() else "nothing is missing, but the times"
         return (
             f"{plural(len(gaps), 'sample')} came with a time too early or too late, the first at "
-            f"{time[gaps[0]] - time[0]:.6g} s: {nothing} times are uneven. Let the device print "
+            f"{time[gaps[0]] - origin:.6g} s: {times} are uneven. Let the device print "
             "its own time, or leave the column out and give the rate"
         )
     gaps, ratios = gaps[real], ratios[real]
     longest = gaps[np.argmax(steps[gaps])]
-    lost, where = int(np.round(ratios - 1.0).sum()), plural(len(gaps), "gap")
+    lost = int(np.round(ratios - 1.0).sum())
+    missing = f"{plural(lost, 'sample')} {'is' if lost == 1 else 'are'} missing"
     return (
-        f"about {lost} samples are missing in {where}, the longest {steps[longest]:.3g} s at"
-        f" {time[longest] - time[0]:.6g} s; rotations whose angle they leave open are not used"
+        f"about {missing} in {plural(len(gaps), 'gap')}, the longest {steps[longest]:.3g} s at "
+        f"{time[longest] - origin:.6g} s; rotations whose angle they leave open are not used"
     )
 
 

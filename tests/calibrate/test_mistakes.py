@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation as Attitude
 
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -527,11 +528,50 @@ def test_a_long_recording_full_of_gaps_is_not_called_too_short() -> None:
         accelerometer=replace(readings.accelerometer, time=np.cumsum(step)),
         gyroscope=None,
     )
-    with pytest.raises(
-        DataError, match="no two seconds of the recording are without a gap"
-    ) as told:
+    with pytest.raises(DataError, match="no 2 s of the recording are without a gap") as told:
         fit_readings(uneven)
     assert "e+" not in str(told.value)
+
+
+@pytest.mark.parametrize(("every", "count", "seconds"), [(20, 1600, 5), (50, 5400, 12)])
+def test_at_low_rates_the_rest_that_is_asked_for_is_long_enough(
+    every: int, count: int, seconds: int
+) -> None:
+    """Two seconds were asked for at 5 and 2 samples/s, where no hold is found in them."""
+    series = session().accelerometer
+    rows = slice(0, count, every)
+    few = Readings(Series(series.time[rows], series.values[rows], series.unit))
+    with pytest.raises(DataError, match=rf"{seconds} s \(at {100 / every:.0f} samples/s"):
+        fit_readings(few)
+
+
+@pytest.mark.parametrize("samples", [2, 185])
+def test_a_gyroscope_without_whole_rests_is_left_out_and_said_to_be(samples: int) -> None:
+    """Two samples, or a gap every two seconds: a good accelerometer was refused for them."""
+    readings = session()
+    gyroscope = readings.gyroscope
+    assert gyroscope is not None
+    row = np.arange(len(gyroscope))
+    kept = row % 200 < samples if samples > 2 else row < samples
+    some = Series(gyroscope.time[kept], gyroscope.values[kept], gyroscope.unit)
+    report = fit_readings(replace(readings, gyroscope=some))
+    assert list(report.sensors) == ["accelerometer"]
+    assert len(report.holds) == 40
+    (said,) = report.warnings
+    assert "the gyroscope is not calibrated" in said
+    assert "its samples are missing" in said
+
+
+def test_a_gyroscope_that_scatters_in_bursts_is_not_said_to_have_jumped() -> None:
+    readings = session()
+    gyroscope, rng = readings.gyroscope, np.random.default_rng(1)
+    assert gyroscope is not None
+    values, burst = gyroscope.values.copy(), np.arange(len(gyroscope)) % 100 < 10
+    values[burst] += 0.02 * rng.standard_normal((burst.sum(), 3))
+    readings = replace(readings, gyroscope=replace(gyroscope, values=values))
+    with pytest.raises(DataError, match="readings scatter so much in the 40 holds") as told:
+        fit_readings(readings)
+    assert "jumped" not in str(told.value)
 
 
 def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
@@ -540,6 +580,20 @@ def test_a_time_that_is_given_twice_is_no_missing_sample() -> None:
     said = missing_samples(time)
     assert "1 sample came with a time too early" in said
     assert "rotations whose angle" not in said
+
+
+@pytest.mark.parametrize("begin", [0.0, 20.0, 1.7e9])
+@pytest.mark.parametrize(("rate", "lost"), [(2.0, 1), (100.0, 98), (100.0, 99), (100.0, 100)])
+def test_a_gap_of_a_second_is_told_as_others_are_by_the_times_of_the_recording(
+    begin: float, rate: float, lost: int
+) -> None:
+    """A restart of the device, whose loss nobody knows, is no gap; dates count from the start."""
+    time = begin + np.delete(np.arange(600) / rate, slice(300, 300 + lost))
+    said = missing_samples(time)
+    assert f"about {lost} sample" in said
+    assert f"at {begin % 1e8 + 299 / rate:.6g} s" in said
+    time[450:] += RESTART_GAP_SECONDS - 1.0 / rate
+    assert missing_samples(time) == said
 
 
 def test_a_gyroscope_in_holds_that_sway_is_not_called_dead() -> None:

@@ -36,10 +36,16 @@ from imucal_wizard.acquire.setup import AUTO, StreamSetup, named_columns
 from imucal_wizard.acquire.stream_corrections import with_signs
 from imucal_wizard.core.errors import RecordingError, SessionError, UsageError
 from imucal_wizard.core.input import readable_bytes, unpacked
-from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
+from imucal_wizard.core.limits.data_quality import MIN_DATE_SECONDS, RESTART_GAP_SECONDS
 from imucal_wizard.core.notices import begun
 from imucal_wizard.core.output import sanitise, without_control_characters
-from imucal_wizard.core.readings import Readings, Series, join_readings, join_series
+from imucal_wizard.core.readings import (
+    Readings,
+    Series,
+    join_readings,
+    join_series,
+    origin_of_times,
+)
 from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
 from imucal_wizard.measurement.data_quality import (
     check_recording,
@@ -58,8 +64,6 @@ _BESIDE = ("temperature", "current")
 FED_BYTES = 1 << 19
 """Bytes fed at once, up to the end of the line. Smaller pieces cost more time, each its own; larger
 ones leave the processor's cache."""
-MIN_DATE_SECONDS = 1e8
-"""Times from here on count from a date (1970): no device has been running for three years."""
 _MAX_MISFITS = 0.3
 """Share of malformed lines above which a file is not what it was taken for."""
 _MANY_MISFITS = 0.05
@@ -188,9 +192,10 @@ def refuse_unknown_format(options: RecordingOptions) -> None:
 def _from_beginning(series: dict[str, Series]) -> dict[str, Series]:
     """The series with times from the first sample on, if their clock counts from a date."""
     first = min((float(one.time[0]) for one in series.values() if len(one)), default=0.0)
-    if first < MIN_DATE_SECONDS:
+    origin = origin_of_times(first)
+    if not origin:
         return series
-    return {name: replace(one, time=one.time - first) for name, one in series.items()}
+    return {name: replace(one, time=one.time - origin) for name, one in series.items()}
 
 
 def _readings(series: dict[str, Series], warnings: Sequence[str]) -> Readings:

@@ -68,8 +68,13 @@ MAX_GRAVITY_ERROR = 0.2
 GRAVITY_BLOCK_SECONDS = 0.5
 """Length of the blocks in which gravity is measured, s."""
 
-RESTART_GAP_SECONDS = 1.0
-"""Gap inserted between two segments whose true distance in time is unknown; no hold spans it."""
+MIN_DATE_SECONDS = 1e8
+"""Times from here on count from a date (1970): no device has been running for three years."""
+RESTART_GAP_SECONDS = 1.0000175
+"""Gap inserted between two segments whose true distance in time is unknown; no hold spans it. Its
+length marks it: clocks that count in milliseconds or microseconds have no gap of this length."""
+RESTART_GAP_TOLERANCE = 2.5e-7
+"""Seconds: rounding of times that count from a date, and less than half a microsecond."""
 MAX_STEP_RATIO = 1.75
 """Sampling intervals; after a longer step, a sample is missing."""
 MIN_MISSING_STEP = 1.5

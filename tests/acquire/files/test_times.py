@@ -9,6 +9,7 @@ from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray, Readings
 from tests.acquire.files.lines import samples, write
 
@@ -70,7 +71,7 @@ def test_a_counter_of_16_bits_that_wraps_keeps_the_samples_that_are_missing(tmp_
     numbers = np.delete((np.arange(1000.0) + 65_000) % 65_536, 200)
     readings = _timed(tmp_path, numbers, "counter", rate=100.0)
     assert readings.accelerometer.time[-1] == pytest.approx(9.99)
-    assert _told(readings, "about 1 samples are missing in 1 gap,")
+    assert _told(readings, "about 1 sample is missing in 1 gap,")
 
 
 def test_single_wrong_times_are_left_out(tmp_path: Path) -> None:
@@ -89,7 +90,7 @@ def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap(tmp_path: Path) 
     assert len(readings) == 1000
     steps = np.diff(readings.accelerometer.time)
     assert np.all(steps > 0)
-    assert steps.max() == pytest.approx(1.0)
+    assert steps.max() == pytest.approx(RESTART_GAP_SECONDS)
     assert _told(readings, "has restarted")
     assert not _told(readings, "missing")
 

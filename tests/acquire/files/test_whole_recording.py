@@ -9,6 +9,7 @@ from imucal_wizard.acquire.even_times import without_jitter
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.measurement.unsigned_counts import as_signed
 from tests.acquire.files.lines import samples, write
@@ -110,7 +111,9 @@ def test_a_restart_stays_a_restart_where_the_times_jitter(tmp_path: Path) -> Non
     values[:, 0] = np.concatenate([np.arange(600), np.arange(600)]) / 100.0
     values[:, 0] += rng.uniform(0.0, 0.003, 1200)
     readings = read_files([write(tmp_path / "a.csv", values)])
-    assert np.diff(readings.accelerometer.time).max() == pytest.approx(1.0, abs=1e-9)
+    assert np.diff(readings.accelerometer.time).max() == pytest.approx(
+        RESTART_GAP_SECONDS, abs=1e-9
+    )
     assert any("jitter about even ones" in text for text in readings.warnings)
     assert not any("missing" in text for text in readings.warnings)
 
