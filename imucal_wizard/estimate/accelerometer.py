@@ -30,6 +30,7 @@ from imucal_wizard.estimate.slow_rests import flicker_in_holds, long_rest
 from imucal_wizard.estimate.split import steps_by_rows
 from imucal_wizard.estimate.surroundings import circumstances_of, visits
 from imucal_wizard.estimate.variance_components import solved
+from imucal_wizard.measurement.blocks import rest_in_words
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.effect import ACCELEROMETER, Circumstances
 from imucal_wizard.model.identifiability import (
@@ -402,7 +403,7 @@ def first_fit(
     return minimum(rough, variance=(FIRST_NOISE * gravity) ** 2 / shares)
 
 
-def check_means(means: FloatArray) -> None:
+def check_means(means: FloatArray, rate: float = 0.0) -> None:
     """Refuse holds from which no fit can begin.
 
     Raises:
@@ -411,7 +412,7 @@ def check_means(means: FloatArray) -> None:
     if len(means) < MIN_HOLDS:
         raise DataError(
             f"{plural(len(means), 'still position')} found, too few for a fit. "
-            "Hold the device still for two seconds with each of its six faces up"
+            f"Hold the device still for {rest_in_words(rate)} with each of its six faces up"
         )
     if not (np.abs(means) < MAX_READING).all():
         raise DataError("the accelerometer's readings are not all numbers: check the columns")

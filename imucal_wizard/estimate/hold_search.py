@@ -6,6 +6,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import mean_directions
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.stillness import QUIET_BLOCKS
 from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import COUNT
@@ -13,6 +14,7 @@ from imucal_wizard.estimate.accelerometer import AccelerometerExperiment, first_
 from imucal_wizard.estimate.fit import Minimum
 from imucal_wizard.estimate.held_out import groups_by_size, left_out, outlier_of, unexplained
 from imucal_wizard.estimate.rounded import Steps
+from imucal_wizard.measurement.blocks import block_size, rest_in_words, shortest_rest
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.segmentation import (
     ReducedRecording,
@@ -32,17 +34,15 @@ know a spread to 13 % at best."""
 MAX_NOISE_OF_HOLD = 10.0
 """Noise of a hold over that of most, above which it has less than a hundredth of their weight: it
 is of use only where it adds a direction, and then the expected error falls."""
-SECONDS_OF_SIX_HOLDS = 12.0
-"""A longer recording is not too short for six holds of two seconds."""
+SIX_HOLDS = 6
+"""Rests for which a longer recording is not too short."""
 GOOD_ENOUGH = 1e-3
 """An expected error, in units of gravity, below which no looser limit needs to be tried."""
 
-_TOO_SHORT = (
-    "the recording is too short: at least two seconds of rest and six still positions are needed"
-)
+_TOO_SHORT = "the recording is too short: six still positions of at least {} are needed"
 _TOO_UNEVEN = (
-    "no two seconds of the recording are without a gap between samples, so that nothing shows "
-    "rest: record at an even rate"
+    "no {:.2g} s of the recording are without a gap between samples, so that nothing shows rest: "
+    "record at an even rate"
 )
 
 
@@ -57,9 +57,11 @@ def find_holds(
     """
     stream = reduce_recording(readings)
     if stream is None:
-        time = readings.accelerometer.time
-        long = len(time) > 0 and time[-1] - time[0] > SECONDS_OF_SIX_HOLDS
-        raise DataError(_TOO_UNEVEN if long else _TOO_SHORT)
+        time, rate = readings.accelerometer.time, readings.accelerometer.rate
+        long = rate > 0.0 and time[-1] - time[0] > SIX_HOLDS * shortest_rest(rate)
+        if long:
+            raise DataError(_TOO_UNEVEN.format(QUIET_BLOCKS * block_size(rate) / rate))
+        raise DataError(_TOO_SHORT.format(rest_in_words(rate)))
     steps = stream.step_a, stream.step_g
     found = [holds for _, holds in usual_candidates(stream)]
     if stream.one_position:  # nothing to calibrate from: the longest rest is what there is
@@ -76,12 +78,12 @@ def find_holds(
         # a hold that was disturbed is so under every limit and must not decide between them
         others = [_without(holds, best[odd]) for holds in found]
         best = _best(found, [judge(holds, gravity, rest_numbers(holds)) for holds in others])
-    _refuse_slow_motion(stream, best)
+    _refuse_slow_motion(stream, best, readings.accelerometer.rate)
     best = sorted([*best, *shaken_holds(stream, best)], key=lambda hold: hold.start)
     return best, steps, rests_apart(stream, best)
 
 
-def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None:
+def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold], rate: float) -> None:
     """Refuse holds that are only the slow moments of a device that is never put down.
 
     Raises:
@@ -92,7 +94,7 @@ def _refuse_slow_motion(stream: ReducedRecording, holds: Sequence[Hold]) -> None
         raise DataError(
             f"the device was never at rest: it turns at {np.degrees(within):.2g} °/s where it is "
             f"calmest and at {np.degrees(between):.2g} °/s otherwise. Put it down or lean it on "
-            "something in each position, and leave it alone there for two seconds"
+            f"something in each position, and leave it alone there for {rest_in_words(rate)}"
         )
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.limits.stillness import REST_FACTOR
 from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import DIRECTIONS, POSE_TOLERANCE_DEG, nearest_pose
 from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
@@ -38,11 +39,12 @@ from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import Steps, rounding_warnings, steps_in, with_rounding
+from imucal_wizard.measurement.blocks import rest_in_words
 from imucal_wizard.measurement.clipping import axes_without_noise, partly_clipped
 from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
 from imucal_wizard.measurement.rounding import in_steps
-from imucal_wizard.measurement.segmentation import rotations_between
+from imucal_wizard.measurement.segmentation import reduce_recording, rotations_between
 from imucal_wizard.model.effect import ACCELEROMETER
 
 MIN_POSITIONS, POSITIONS_APART_DEG = 6, 30.0
@@ -147,6 +149,8 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
     silent, wrong = _at_ends(holds, steps, readings)
     holds = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
+    _check(holds, readings.accelerometer.rate)
+    readings, alone = _with_gyroscope_of(holds, readings)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
         rotations = rotations_between(holds, readings.gyroscope, readings.accelerometer)
@@ -160,12 +164,25 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     warnings = (
         *readings.warnings,
         *([] if on_table else _apart(apart, holds, readings)),
+        *alone,
         *silent,
         *rounding_warnings(holds, steps, _in_steps(readings, steps, units)),
     )
     return fit_holds(
         with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
     )
+
+
+def _with_gyroscope_of(holds: Sequence[Hold], readings: Readings) -> tuple[Readings, list[Notice]]:
+    """The readings, without a gyroscope that no hold has any of; a warning if so."""
+    gyroscope = readings.gyroscope
+    if gyroscope is None or not len(gyroscope) or any(one.gyroscope is not None for one in holds):
+        return readings, []
+    text = (
+        "the gyroscope is not calibrated: in the rests that the accelerometer shows its samples "
+        "are missing, in whole or in part. Record both sensors at once, at an even rate"
+    )
+    return replace(readings, gyroscope=None), [Notice(text, NoticeKind.NOT_CALIBRATED, "gyroscope")]
 
 
 def _at_ends(
@@ -250,12 +267,24 @@ def _with_rests(error: DataError, readings: Readings, options: FitOptions) -> Da
     if not len(rates):
         return error
     change = quantity(float(np.ptp(rates, axis=0).max()), gyroscope.unit, 2)
+    stream, count = reduce_recording(still), plural(len(holds), "hold")
+    limit = None if stream is None else stream.noise.limits(REST_FACTOR).rate
+    if stream is None or limit is None:
+        return error
+    if (np.ptp(rates, axis=0) <= np.maximum(limit, stream.least_rate)).all():
+        return DataError(
+            f"the gyroscope's readings scatter so much in the {count} that the accelerometer shows "
+            f"that too few of them count as still, although its mean changes by {change} only: "
+            "look for wrong readings and gaps, or leave the gyroscope's columns out",
+            settings=error.settings,
+        )
     return DataError(
-        f"the gyroscope's mean changes by {change} between the {plural(len(holds), 'hold')} that "
-        "the accelerometer shows, so that too few of them count as still: its bias jumped or "
-        "drifted, its high-pass filter is on, or the device rested hardly a second or turned "
-        "slowly, by itself or on something that turns. Record again without that filter on a fixed "
-        "surface, two seconds at rest in each position, without restarting the sensor",
+        f"the gyroscope's mean changes by {change} between the {count} that the accelerometer "
+        "shows, so that too few of them count as still: its bias jumped or drifted, its high-pass "
+        "filter is on, or the device rested hardly a second or turned slowly, by itself or on "
+        "something that turns. Record again without that filter on a fixed surface, "
+        f"{rest_in_words(readings.accelerometer.rate)} at rest in each position, without "
+        "restarting the sensor",
         settings=error.settings,
     )
 
@@ -267,8 +296,12 @@ def _checked_holds(readings: Readings, gravity: float) -> list[Hold]:
         DataError: no fit can begin from them.
     """
     holds = find_holds(readings, gravity)[0]
-    check_means(np.array([hold.accelerometer for hold in holds]).reshape(-1, 3))
+    _check(holds, readings.accelerometer.rate)
     return holds
+
+
+def _check(holds: Sequence[Hold], rate: float) -> None:
+    check_means(np.array([hold.accelerometer for hold in holds]).reshape(-1, 3), rate)
 
 
 def _with_duration(error: DataError, readings: Readings) -> DataError:

@@ -4,12 +4,19 @@ The sums of a block are formed in an order that depends only on its size, so the
 the same bits whether they arrive one at a time or all at once.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.limits.stillness import BLOCK_SECONDS, MIN_BLOCK_SAMPLES
+from imucal_wizard.core.limits.stillness import (
+    BLOCK_SECONDS,
+    MIN_BLOCK_SAMPLES,
+    TIME_TOLERANCE,
+    USUAL_REST_SECONDS,
+    WINDOW_BLOCKS,
+)
 from imucal_wizard.core.readings import (
     MAX_SAMPLE_INTERVALS,
     BoolArray,
@@ -23,6 +30,31 @@ from imucal_wizard.core.records import dataclass
 
 _SAMPLES_AT_ONCE = 8192
 """Samples summed at once, so that they stay in the processor's cache."""
+
+
+def block_size(rate: float) -> int:
+    """Samples in each block at so many samples per second."""
+    return max(MIN_BLOCK_SAMPLES, round(rate * BLOCK_SECONDS))
+
+
+def shortest_rest(rate: float) -> float:
+    """Seconds in one position in which a hold is found, at so many samples per second.
+
+    A window and a block in which the device comes to rest: more than the usual two seconds where
+    blocks are long.
+    """
+    return max(USUAL_REST_SECONDS, (WINDOW_BLOCKS + 1) * block_size(rate) / rate)
+
+
+def rest_in_words(rate: float) -> str:
+    """``shortest_rest`` for the user.
+
+    Args:
+        rate: samples per second; 0 where it is not known.
+    """
+    seconds = math.ceil(shortest_rest(rate) - TIME_TOLERANCE) if rate > 0.0 else 2
+    few = f" (at {rate:.3g} samples/s two seconds are too few samples)"
+    return f"{seconds} s{few}" if seconds > USUAL_REST_SECONDS else "two seconds"
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +176,7 @@ class BlockCutter:
     """
 
     def __init__(self, rate: float) -> None:
-        self.size = max(MIN_BLOCK_SAMPLES, round(rate * BLOCK_SECONDS))
+        self.size = block_size(rate)
         self._interval = 1.0 / rate
         self._rest: Readings | None = None
         self._last_time: float | None = None

@@ -145,7 +145,8 @@ def reduce_recording(readings: Readings) -> ReducedRecording | None:
     stretches = _Stretches.of(blocks, windows, reach, least)
     quietest = _quietest(windows, step_a, step_g, stretches)
     if quietest is None:
-        return None
+        alone = replace(readings, gyroscope=None)
+        return None if gyroscope is None else reduce_recording(alone)
     noise, first = quietest
     magnitude = median(np.linalg.norm(blocks.mean_a, axis=1))
     one_position = reach < ONE_POSITION * magnitude

@@ -10,6 +10,8 @@ WINDOW_BLOCKS = 5
 TIME_TOLERANCE = 1e-6
 """Seconds by which sums of block lengths may deviate from a whole number."""
 
+USUAL_REST_SECONDS = 2.0
+"""Rest in each position that the user is asked for."""
 MIN_HOLD_SECONDS = 1.0
 """Shorter rests in a recording are as often a slow moment of a rotation as a hold."""
 REST_FACTOR = 3.5
