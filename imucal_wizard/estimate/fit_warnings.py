@@ -46,7 +46,11 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
-        notes.append(f"{count} of {len(holds)} holds were taken hand-held and have less weight")
+        verb = "was" if count == 1 else "were"
+        notes.append(
+            f"{count} of {len(holds)} holds {verb} taken hand-held: the weight of each hold "
+            "follows from the noise measured in it"
+        )
     return notes
 
 

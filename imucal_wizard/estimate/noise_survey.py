@@ -27,8 +27,8 @@ from imucal_wizard.model.effect import SENSORS
 
 CHECKED_SAMPLES = 5000
 """First samples, whose quality is checked."""
-MIN_REST_SHARE = 0.5
-"""Smallest share of a recording of a device at rest in which it rests."""
+MAX_MOVED_SHARE = 0.5
+"""Largest share of the seconds of a recording of a device at rest that show motion."""
 MAX_COURSE = 1024
 """Most points of the temperature over time; if there are more, neighbours are averaged."""
 MAX_COURSE_PIECES = 16
@@ -200,15 +200,20 @@ class NoiseSurvey:
             if rest.sums.readings
         }
         # a sensor that moved all the time has no noise, but it shows that the device did not rest
-        rests = {name: _rest_share(rest) for name, rest in self._rests.items() if rest.judged}
-        worst = min(rests, key=rests.__getitem__, default=None)
-        if worst is not None and rests[worst] < MIN_REST_SHARE:
+        moved = {n: rest.disturbed / rest.judged for n, rest in self._rests.items() if rest.judged}
+        worst = max(moved, key=moved.__getitem__, default=None)
+        nothing = ended and not any(one.fits for one in sensors.values())
+        # calm seconds beside disturbed ones are left out as well, and may be all
+        if worst is not None and (
+            moved[worst] > MAX_MOVED_SHARE
+            or (nothing and _rest_share(self._rests[worst]) < 1.0 - MAX_MOVED_SHARE)
+        ):
             raise DataError(
-                f"the device did not rest: the {worst} shows motion in "
-                f"{100.0 * (1.0 - rests[worst]):.0f} % of the recording. Put it on a firm table, "
-                "away from fans and footsteps, and leave it alone"
+                f"the device did not rest: the {worst} shows motion in {100.0 * moved[worst]:.0f} %"
+                " of the recording. Put it on a firm table, away from fans and footsteps, and "
+                "leave it alone"
             )
-        if ended and not any(one.fits for one in sensors.values()):
+        if nothing:
             raise DataError(
                 f"{self.seconds:.0f} s are too short for an Allan deviation: record hours at rest, "
                 "at least some minutes"

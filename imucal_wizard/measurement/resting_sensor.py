@@ -80,13 +80,14 @@ class RestingSensor:
         filled: samples that were missing and are filled in.
         gaps: longer gaps.
         judged: samples in all blocks so far.
+        disturbed: samples in those blocks that are disturbed themselves.
         longest_filled: s; a longer gap interrupts the recording.
     """
 
     def __init__(self, rate: float, largest_sway: float = np.inf) -> None:
         self.sums = AllanSums(len(AXES))
         self.disturbances: list[MovedPart] = []
-        self.filled = self.gaps = self.judged = 0
+        self.filled = self.gaps = self.judged = self.disturbed = 0
         self._nominal = 1.0 / rate
         self.longest_filled = max(MAX_FILLED_SECONDS, MAX_SAMPLE_INTERVALS * self._nominal)
         self._size = max(round(JUDGED_SECONDS * rate), MIN_JUDGED_SAMPLES)
@@ -198,6 +199,7 @@ class RestingSensor:
         swayed = np.maximum(np.nan_to_num(steps), self._sway(values)) > self._largest_sway
         moved = (step > DISTURBED_SIGMA_OF_STEP) | swayed
         disturbed = (shaken | moved).any(axis=1)
+        self.disturbed += int(disturbed.sum()) * self._size
         ratios = np.where(shaken, np.sqrt(scatter), step)
         for row in np.flatnonzero(disturbed):
             self._note(float(time[row, 0]), float(time[row, -1]), ratios[row])

@@ -7,6 +7,7 @@ import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.estimate.fit_warnings import accelerometer_warnings
 from imucal_wizard.estimate.magnitude import make_problem, sphere
 from imucal_wizard.estimate.methods.six_position import six_position
 from imucal_wizard.estimate.recording import fit_accelerometer
@@ -154,6 +155,10 @@ def test_a_noisy_hold_weighs_less() -> None:
     plain = fit_accelerometer(holds, GRAVITY, "m/s^2")
     weighed = fit_accelerometer(marked, GRAVITY, "m/s^2")
     assert error(weighed) < 0.3 * error(plain)
+    calm = [*holds[:4], replace(holds[4], hand_held=True), *holds[5:]]
+    assert np.array_equal(fit_accelerometer(calm, GRAVITY, "m/s^2").bias, plain.bias)
+    said = "1 of 18 holds was taken hand-held: the weight of each hold follows from the noise"
+    assert any(one.startswith(said) for one in accelerometer_warnings(weighed, marked))
 
 
 def test_a_long_hold_does_not_outvote_the_others() -> None:

@@ -171,6 +171,24 @@ def test_a_device_that_never_rests_is_refused_for_its_motion(sensors: str) -> No
         survey.result()
 
 
+@pytest.mark.parametrize(("period", "share"), [(5, None), (2, 50)])
+def test_short_bumps_leave_the_seconds_between_them(period: int, share: int | None) -> None:
+    """30 ms every five seconds; every two seconds they leave none without a disturbed neighbour."""
+    values = force(8118)
+    bump = np.arange(COUNT) % (period * int(RATE)) < 2
+    values[bump] += 0.5 * np.random.default_rng(8119).standard_normal((bump.sum(), 3))
+    survey = NoiseSurvey()
+    survey.feed(Readings(Series(TIME, values, "m/s^2")))
+    if share is not None:
+        with pytest.raises(DataError, match=f"the accelerometer shows motion in {share} %"):
+            survey.result()
+        return
+    found = survey.result().sensors["accelerometer"]
+    assert found.rest == pytest.approx(0.4, abs=0.05)
+    white = found.fits[0].coefficients["white"]
+    assert abs(white.value - TRUE_WHITE) < 4.0 * white.standard_error
+
+
 @pytest.mark.parametrize("kind", ["filtered", "coarse"])
 def test_neither_a_filter_nor_coarse_steps_count_as_motion(kind: str) -> None:
     rate, count = 100.0, 90_000

@@ -10,6 +10,7 @@ from imucal_wizard.acquire.decode.vocabulary import column_of_name
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import RecordingError, UsageError
+from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from tests.acquire.files.lines import HEADER, samples, write
 
@@ -324,7 +325,7 @@ def test_files_with_the_same_sensors_follow_one_another(tmp_path: Path) -> None:
     assert readings.gyroscope.time is readings.accelerometer.time
     steps = np.diff(readings.accelerometer.time)
     assert steps.min() > 0.0
-    assert steps.max() == pytest.approx(1.0)
+    assert steps.max() == pytest.approx(RESTART_GAP_SECONDS)
     assert readings.warnings == ()
 
 
