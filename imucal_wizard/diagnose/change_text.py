@@ -67,8 +67,8 @@ def why_not_confirmed(bench: Bench) -> str:
     if falls(below.held_out_in_noise, above.held_out_in_noise):
         before, after = (number(one.late_in_noise or 0.0, 3) for one in (below, above))
         return (
-            "the first two thirds of the session do not predict the last third better with it: "
-            f"the error there is {before} times the noise before, {after} times with it"
+            "the first two thirds of the measurements do not predict the last third better with "
+            f"it: the error there is {before} times the noise before, {after} times with it"
         )
     one = change_held_out(bench.measured, below, above)
     return (

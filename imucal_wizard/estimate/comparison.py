@@ -77,7 +77,7 @@ def _gyroscopes(report: FitReport, reference: SensorFit, unit: str) -> list[Meth
         for name in MethodNames("gyroscope")
     ]
     if both is not None and both.method not in MethodNames("gyroscope"):
-        rows.append(MethodRow("gyroscope", both.method, "N", both))
+        rows.append(MethodRow("gyroscope", both.method, "", both))
     return rows
 
 
@@ -156,8 +156,8 @@ def _magnetometer(report: FitReport, series: Series, field: float | None, name: 
 def difference(row: MethodRow, first: MethodRow) -> float | None:
     """By how much a method's matrix differs from the first one's, as a share (largest entry).
 
-    Methods whose matrices are in different gauges or scales do not occur: within a sensor all
-    share both.
+    All methods of a sensor give it in one frame and for one magnitude, and leave at its nominal
+    value what they do not fit.
     """
     if row.fit is None or first.fit is None:
         return None

@@ -37,7 +37,7 @@ NOT_SHOWN = 1e-6
 other rows do not show that combination."""
 
 EARLY = 2.0 / 3.0
-"""Share of the session that predicts what comes later."""
+"""Share of the holds and rotations, in the order of time, that predict the later ones."""
 
 MADE_BY_NOISE_P = 0.05
 """Probability of errors as large as those that count as made by noise."""
@@ -315,7 +315,7 @@ def why_none_held_out(found: "Minimum[Experiment]") -> str:
 
 
 def errors_later(found: "Minimum[Experiment]") -> FloatArray | None:
-    """Errors of the later rows under the fit of the early part of the session, shape (n,).
+    """Errors of the later rows under the fit of the ``EARLY`` ones, shape (n,).
 
     What nothing slow moves (the base's directions without a part in a bias) is kept from all data,
     so that rotations about one axis after another leave something to predict.

@@ -426,13 +426,28 @@ class AxisComparison:
 
 def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
     """Why single-axis scales differ from the vector fit's; "" if none differs by 0.1 %."""
-    off = 0.0
+    off = beyond = unknown = 0.0
     for row in comparison:
-        for scale in (row.static_scale, row.dynamic_scale):
-            if scale is not None and row.vector_scale:
-                off = max(off, abs(scale / row.vector_scale - 1.0))
+        for scale, error in (
+            (row.static_scale, row.static_scale_error),
+            (row.dynamic_scale, row.dynamic_scale_error),
+        ):
+            if scale is None or not row.vector_scale:
+                continue
+            one = abs(scale / row.vector_scale - 1.0)
+            off = max(off, one)
+            if error is None:
+                unknown = max(unknown, one)
+            elif one > NORMAL_95 * abs(error / row.vector_scale):
+                beyond = max(beyond, one)
     if off < MIN_SINGLE_AXIS_ERROR:
         return ""
+    if beyond < MIN_SINGLE_AXIS_ERROR:
+        chance = "their standard errors are as large"
+        if unknown >= MIN_SINGLE_AXIS_ERROR:
+            chance = "too few rotations show whether that is chance"
+        return f"Static and dynamic differ from vector by up to {100.0 * off:.2g} %: {chance}."
+    off = beyond
     return (
         f"Static and dynamic are off by up to {100.0 * off:.2g} %: they treat each rotation as "
         "one about a single axis and ignore cross axes and tilt, which the vector method models. "

@@ -17,6 +17,7 @@ from imucal_wizard.estimate.methods.single_axis import (
     static_approach,
     turn_angle,
 )
+from imucal_wizard.estimate.result import AxisComparison, single_axis_note
 
 LEVEL = ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
 """Q's figure 2: z up for turns about x and y, x up for turns about z."""
@@ -224,3 +225,23 @@ def test_three_rotations_are_enough_and_two_are_not() -> None:
     turns = _turns(0.98, 0.05, 0.0)
     assert dynamic_approach(turns[4:7]) is not None
     assert dynamic_approach(turns[4:6]) is None
+
+
+@pytest.mark.parametrize(
+    ("scale", "error", "says"),
+    [
+        (1.0005, 0.0001, ""),
+        (1.02, 0.03, "differ from vector by up to 2 %: their standard errors are as large."),
+        (1.02, None, "differ from vector by up to 2 %: too few rotations show whether"),
+        (1.02, 0.002, "are off by up to 2 %: they treat each rotation as one about a single axis"),
+    ],
+)
+def test_only_what_scatter_does_not_explain_is_put_down_to_the_single_axis(
+    scale: float, error: float | None, says: str
+) -> None:
+    row = AxisComparison(
+        "x", 4, static_scale=scale, static_scale_error=error, vector_scale=1.0, dynamic_scale=1.0
+    )
+    said = single_axis_note([row])
+    assert says in said
+    assert bool(says) == bool(said)
