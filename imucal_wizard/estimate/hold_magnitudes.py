@@ -32,7 +32,7 @@ from imucal_wizard.estimate.magnitude import (
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import method_of
 from imucal_wizard.estimate.parameters import converted_covariance, with_errors
-from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.identifiability import EDGES_OF, amplification, basis_of
@@ -164,12 +164,7 @@ class HoldMagnitudes:
             with_nominal = whole + modes @ modes.T
             covariance = with_nominal[np.ix_(ENTRY_OF, ENTRY_OF)]
 
-        # what the gyroscope takes as its reference: noise beyond that measured counts as tilt
-        excess = max((variance or 0.0) - float(rows.own.mean()), 0.0)
-        principal = np.zeros((len(points), 3, 0))
-        if whole is not None:
-            principal = rows.up_columns()[:, :, :ENTRIES] @ principal_steps(whole)
-        reference = experiment.referred(rows.direction, principal, excess, basis_of(self.free))
+        reference = self._reference(rows, variance, whole, pull)
         entries = Parameters(matrix, bias).entries
 
         def named(entries: FloatArray) -> dict[str, float]:
@@ -212,6 +207,39 @@ class HoldMagnitudes:
             reference=reference,
             experiment=experiment,
         )
+
+    def _reference(
+        self,
+        rows: MagnitudeRows,
+        variance: float | None,
+        covariance: FloatArray | None,
+        pull: FloatArray,
+    ) -> GravityReference:
+        """Up in each hold; what is left beyond the measured noise counts as tilt.
+
+        Args:
+            rows: of the holds.
+            variance: that the method leaves, (m/s²)²; None where nothing is left over.
+            covariance: of M and b by it, shape (12, 12); None where it is not known.
+            pull: see ``_pull``.
+        """
+        columns = rows.up_columns()[:, :, :ENTRIES]
+
+        def referred(covariance: FloatArray | None, excess: float) -> GravityReference:
+            doubt = np.zeros((len(columns), 3, 0))
+            if covariance is not None:
+                doubt = columns @ principal_steps(covariance)
+            return self.experiment.referred(rows.direction, doubt, excess, basis_of(self.free))
+
+        excess = max((variance or 0.0) - float(rows.own.mean()), 0.0)
+        known = referred(covariance, excess)
+        if not excess:
+            return known
+        alone = None
+        if covariance is not None:
+            alone = np.zeros((ENTRIES, ENTRIES))
+            alone[np.ix_(ENTRY_OF, ENTRY_OF)] = pull * rows.own @ pull.T
+        return replace(known, noise_alone=referred(alone, 0.0))
 
     def _nominal_modes(
         self, rows: MagnitudeRows, calibration: Parameters, pull: FloatArray
