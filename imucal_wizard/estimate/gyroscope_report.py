@@ -27,7 +27,6 @@ from imucal_wizard.estimate.methods.single_axis import (
     AxisTurn,
     dynamic_approach,
     static_approach,
-    turn_angle,
 )
 from imucal_wizard.estimate.noise import rate_noise
 from imucal_wizard.estimate.outliers import Outlier
@@ -36,7 +35,7 @@ from imucal_wizard.estimate.result import AxisComparison, SensorFit
 from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.estimate.rounded import rate_shift, rate_step
 from imucal_wizard.measurement.holds import Hold, Rotation
-from imucal_wizard.measurement.rotation_angle import integrated_rate
+from imucal_wizard.measurement.rotation_angle import integrated_rate, rotation_between
 
 ONE_AXIS_SHARE = 0.9
 """Share of all turning that is about one body axis, for Q's single-axis methods."""
@@ -266,8 +265,12 @@ def single_axis(
         own = slice(*samples.offsets[place : place + 2])
         time, reading = samples.time[own], samples.reading[own]
         turned = float(integrated_rate(time, (reading - found.bias) @ found.matrix.T)[k])
+        before, after = source.before[place], source.after[place]
+        angle = rotation_between(before, after, rotation.axis, turned)
+        if angle is None:
+            continue
         turn = AxisTurn(
-            angle=turn_angle(source.before[place], source.after[place], k, turned),
+            angle=angle,
             integral=float(integrated_rate(time, reading)[channel]),
             duration=float(time[-1] - time[0]),
             bias=float(rotation.before.gyroscope[channel]),

@@ -20,7 +20,7 @@ import numpy as np
 
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, WITHIN_NINETY, exceeded
 from imucal_wizard.measurement.allan_variance import AllanVariance
 
 COEFFICIENTS = ("white", "bias_instability", "random_walk", "ramp")
@@ -47,8 +47,6 @@ MIN_OCTAVES = 6
 """Fewest Allan variances, one per octave, to which four coefficients are fitted."""
 DETERMINED_SIGMA = 2.0
 """Standard errors from zero from which on a coefficient counts as determined."""
-BELOW_SIGMA = 1.645
-"""Standard errors above an estimated square, below which the true one lies in 95 of 100 cases."""
 LEAST_WHITE_SHARE = 1e-3
 """Of the white noise that all Allan variances allow."""
 LIMIT_ROUNDS = 6
@@ -259,7 +257,7 @@ def _fit_axis(
                 np.sqrt(
                     _upper_limit(place, squares, one, used, theory)
                     if place < _RANDOM
-                    else square + BELOW_SIGMA * one
+                    else square + WITHIN_NINETY * one
                 )
             ),
         )
@@ -348,7 +346,7 @@ def _upper_limit(
     A = unit_variances(theory.taus[rows])[:, :_RANDOM]
     limit = squares.copy()
     for _ in range(LIMIT_ROUNDS):
-        limit[place] = squares[place] + BELOW_SIGMA * error
+        limit[place] = squares[place] + WITHIN_NINETY * error
         error = float(np.sqrt(_covariance(A, _weights(theory, limit, rows))[place, place]))
     return float(limit[place])
 

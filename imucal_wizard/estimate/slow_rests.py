@@ -22,7 +22,7 @@ import numpy as np
 from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
-from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, WITHIN_NINETY, exceeded
 from imucal_wizard.estimate.noise import SURE
 from imucal_wizard.estimate.slow_kernels import Kernel
 from imucal_wizard.measurement.holds import Hold
@@ -47,8 +47,6 @@ DROPPED = 1.5
 """Length of averages up to which they are then left out, in units of the shortest: an octave."""
 LEAST_SHARE = 0.2
 """Of the shortest averages in the longest, above which nothing more is left out: three octaves."""
-ONE_SIDED = 1.645
-"""Standard errors above an estimate that hold the truth with a probability of 95 %."""
 RISING_P = 0.01
 """Probability by flicker noise of Allan variances that rise as far, below which a random walk, or a
 drift, is seen beside it."""
@@ -231,7 +229,7 @@ class _AllanVariances:
                 (size, covariance, unlikely), without = found, self.fitted(rising)[2]
                 expected = size[0] * self.white + size[1] + size[2] * rising
         level, doubt = float(size[1]), float(covariance[1, 1])
-        most = max(level, 0.0) + ONE_SIDED * math.sqrt(doubt)
+        most = max(level, 0.0) + WITHIN_NINETY * math.sqrt(doubt)
         if self._as_unlike(expected, len(size)) < FLICKER_P:
             if share.min() > LEAST_SHARE or self.octaves <= RISING_OCTAVES:
                 return Flicker(0.0, math.inf, most)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from imucal_wizard.core.directions import group_directions, unit_vectors
+from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import MAX_SAMPLE_INTERVALS, FloatArray, Series, distinct
 from imucal_wizard.core.records import dataclass
@@ -33,8 +34,6 @@ MAX_WOBBLE = np.radians(3.0)
 10° and more."""
 PIECE_SECONDS = 1.0 / 30.0
 """Duration of the pieces of a turn; the rate of a table changes little within one."""
-OVERLAP_SECONDS = 0.05
-"""Overlap of a turn with the rests at its ends, so that no motion is missed."""
 MAX_REST_SPREAD = 0.02
 """Largest difference between rests, as a share of the range of all readings, if no rates are listed
 that would show the rests."""
@@ -288,7 +287,9 @@ def _turns(
 
 def _turn(series: Series, before: Hold, after: Hold, start: Parameters) -> TableTurn | None:
     """The motion between two rests, without its angle; None if it is not about one axis."""
-    part = series.between(before.end - OVERLAP_SECONDS, after.start + OVERLAP_SECONDS)
+    part = series.between(
+        before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
+    )
     step = np.diff(part.time)
     if len(step) < 2 or step.max() > MAX_SAMPLE_INTERVALS / series.rate or step.min() <= 0.0:
         return None

@@ -8,7 +8,6 @@ that it does not contain the ramps of the table.
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import (
-    GUARD_BLOCKS,
     MIN_HOLD_SECONDS,
     TIME_TOLERANCE,
     WINDOW_BLOCKS,
@@ -20,6 +19,7 @@ from imucal_wizard.measurement.holds import (
     Hold,
     Rests,
     blocks_of_rests,
+    fewest_windows,
     hold_from,
     still_runs,
     trim_ends,
@@ -91,11 +91,10 @@ def _steady(
     still: BoolArray = windows.full & true_on_all_axes(windows.std_a <= limit)
     still &= ~_ramps(blocks, np.maximum(MAX_RAMP * fastest, NOISE_OF_RAMP * noise))
     rests, seconds = Rests(windows, step, None), median(blocks.end - blocks.start)
-    shortest = int(np.ceil(MIN_HOLD_SECONDS / seconds)) + 2 * GUARD_BLOCKS - WINDOW_BLOCKS + 1
     found = {
         (max(begin, first), min(end, past))
         for first, past in still_runs(still)
-        for begin, end in rests.within(first, past, shortest)
+        for begin, end in rests.within(first, past, fewest_windows(seconds))
     }
     pieces = (blocks.select(slice(*rest)) for rest in blocks_of_rests(sorted(found)))
     holds = [_constant(trim_ends(piece, step), fastest) for piece in pieces]

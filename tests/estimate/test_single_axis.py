@@ -13,11 +13,10 @@ from imucal_wizard.estimate.methods.single_axis import (
     AxisTurn,
     ScaleAndBias,
     dynamic_approach,
-    plane_angle,
     static_approach,
-    turn_angle,
 )
 from imucal_wizard.estimate.result import AxisComparison, single_axis_note
+from imucal_wizard.measurement.rotation_angle import rotation_between, tilt_about_axis
 
 LEVEL = ([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
 """Q's figure 2: z up for turns about x and y, x up for turns about z."""
@@ -33,7 +32,9 @@ def test_the_angle_has_the_sign_and_the_reach_that_eq_25_to_28_lose(
     before = np.array(LEVEL[axis])
     turned = Attitude.from_rotvec(np.radians(degrees) * np.eye(3)[axis])
     after = turned.inv().apply(before)
-    assert np.degrees(turn_angle(before, after, axis, 0.0)) == pytest.approx(degrees, abs=1e-10)
+    assert np.degrees(rotation_between(before, after, "xyz"[axis], 0.0)) == pytest.approx(
+        degrees, abs=1e-10
+    )
 
 
 @given(
@@ -53,13 +54,13 @@ def test_whole_turns_are_counted_with_the_integrated_rate(
     after = Attitude.from_rotvec(angle * along).inv().apply(before)
     rough = angle * wrong
     if abs(rough - angle) < 3.0:
-        assert turn_angle(before, after, axis, rough) == pytest.approx(angle, abs=1e-9)
+        assert rotation_between(before, after, "xyz"[axis], rough) == pytest.approx(angle, abs=1e-9)
 
 
 def test_the_angle_grows_with_positive_rotation() -> None:
     """du/dt = u × w: turning about +x carries up from z towards y in the body frame."""
-    assert plane_angle(np.array([0.0, 1.0, 0.0]), 0) == pytest.approx(np.pi / 2)
-    assert plane_angle(np.array([0.0, 0.0, 1.0]), 0) == 0.0
+    assert tilt_about_axis(np.array([0.0, 1.0, 0.0]), "x") == pytest.approx(np.pi / 2)
+    assert tilt_about_axis(np.array([0.0, 0.0, 1.0]), "x") == 0.0
 
 
 def _turns(scale: float, bias: float, centre: float, noise: float = 0.0) -> list[AxisTurn]:

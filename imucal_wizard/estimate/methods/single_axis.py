@@ -30,7 +30,6 @@ from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.method_data import GyroscopeData
 from imucal_wizard.estimate.methods import Method
 from imucal_wizard.estimate.result import Parameter, SensorFit
-from imucal_wizard.measurement.rotation_angle import unwrapped
 
 MAX_CONDITION = 1e3
 """Condition of eq. 19 beyond which the rotations are all alike: an angle error of 0.1° then makes
@@ -71,24 +70,6 @@ class ScaleAndBias:
     bias: float
     bias_error: float | None
     shared: float = 0.0
-
-
-def plane_angle(up: FloatArray, axis: int) -> float:
-    """Angle of up in the plane across a body axis, rad; grows with positive rotation about it."""
-    return float(np.arctan2(up[(axis + 1) % 3], up[(axis + 2) % 3]))
-
-
-def turn_angle(before: FloatArray, after: FloatArray, axis: int, integrated: float) -> float:
-    """Angle turned about a body axis between two up directions, rad.
-
-    Args:
-        before: up at the beginning, unit vector.
-        after: up at the end.
-        axis: 0, 1 or 2.
-        integrated: roughly the same angle from the gyroscope; it decides the whole turns.
-    """
-    angle = plane_angle(after, axis) - plane_angle(before, axis)
-    return unwrapped(angle, integrated)
 
 
 def static_approach(turns: Sequence[AxisTurn]) -> ScaleAndBias | None:
