@@ -32,9 +32,8 @@ def test_the_angle_has_the_sign_and_the_reach_that_eq_25_to_28_lose(
     before = np.array(LEVEL[axis])
     turned = Attitude.from_rotvec(np.radians(degrees) * np.eye(3)[axis])
     after = turned.inv().apply(before)
-    assert np.degrees(rotation_between(before, after, "xyz"[axis], 0.0)) == pytest.approx(
-        degrees, abs=1e-10
-    )
+    angle = rotation_between(before, after, "xyz"[axis], 0.0)
+    assert angle == pytest.approx(np.radians(degrees), abs=1e-12)
 
 
 @given(
