@@ -37,12 +37,24 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
+def _only_studies(config: pytest.Config) -> bool:
+    return bool(config.getoption("markexpr") == "study")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no file without a study where only studies run: imports take seconds per process."""
+    if not _only_studies(config) or not collection_path.match("test_*.py"):
+        return None
+    return True if "mark.study" not in collection_path.read_text("utf-8") else None
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """Exempt what is loaded by then, a million objects, from every garbage collection."""
     gc.disable()
     worker = getattr(session.config, "workerinput", None)
-    if worker and session.config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+    whole = session.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if worker and whole and not _only_studies(session.config):
         _import_from_own_place(int(worker["workerid"][2:]) / worker["workercount"])
     result = yield
     gc.collect()
