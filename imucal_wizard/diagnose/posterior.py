@@ -12,6 +12,7 @@ averaged over; the repeats in r itself determine how large the noise is.
 from collections.abc import Sequence
 from copy import copy
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -444,11 +445,11 @@ def spectra(
     counts = np.array([one.patterns.shape[1] for one in hypotheses])
     by_count = np.argsort(counts, kind="stable")
     ordered, counts = [hypotheses[place] for place in by_count.tolist()], counts[by_count]
-    sizes = sorted(set(counts.tolist()))
-    stacks = [
-        np.concatenate([one.patterns for one in ordered if one.patterns.shape[1] == q], axis=1)
-        for q in sizes
+    alike = [
+        [*each] for _, each in groupby([one.patterns for one in ordered], lambda x: x.shape[1])
     ]
+    sizes = [each[0].shape[1] for each in alike]
+    stacks = [np.concatenate(each, axis=1) for each in alike]
     if inside is not None:
         stacks = [stack - inside @ (inside.T @ stack) for stack in stacks]
     each_of = [
