@@ -116,6 +116,7 @@ def _few_draws() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(noise_draws, "DRAWS", 4)
         patch.setattr(noise_draws, "MAX_TRIALS", 1)
+        patch.setattr(noise_draws, "SEARCHES", noise_draws.SEARCHES[-1:])
         patch.setattr(significance, "SIMULATIONS", 100)
         yield
 
