@@ -110,7 +110,8 @@ def simulations_made_once() -> Iterator[None]:
 
 
 @contextmanager
-def _few_draws() -> Iterator[None]:
+def few_draws() -> Iterator[None]:
+    """Find the sizes that show from few draws."""
     from imucal_wizard.diagnose import noise_draws, significance
 
     with pytest.MonkeyPatch.context() as patch:
@@ -124,14 +125,14 @@ def _few_draws() -> Iterator[None]:
 @pytest.fixture
 def rough_sizes() -> Iterator[None]:
     """Find the sizes that show from few draws, for tests of what else a bench tells."""
-    with _few_draws():
+    with few_draws():
         yield
 
 
 @pytest.fixture(scope="module")
 def rough_sizes_throughout() -> Iterator[None]:
     """Find them so in all tests of a file."""
-    with _few_draws():
+    with few_draws():
         yield
 
 
