@@ -223,7 +223,7 @@ class ClosureRows(Rows):
         return Loading(latent, np.concatenate([size * self.tilts, self._uneven()], axis=1))
 
     @cached_property
-    def tilts(self) -> FloatArray:  # type: ignore[override]  # the same
+    def tilts(self) -> FloatArray:
         """See ``Rows``: along two directions across up, the same for all rotations of a hold."""
         source = self._source
         carried = carry(self.ends, source.before)

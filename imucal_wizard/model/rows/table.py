@@ -179,7 +179,7 @@ class ResidualTable:
             Along two components, rad, shape (k, n, 2).
         """
         each = np.concatenate([one.tilts for one in self.at]).reshape(-1, 2, 2)
-        return np.einsum("kne,nec->knc", self.joins(items).astype(float), each)
+        return np.asarray(np.einsum("kne,nec->knc", self.joins(items).astype(float), each))
 
     def joins(self, items: Sequence[int]) -> BoolArray:
         """Whether the hold before and the hold after each row's rotation is each of k items.
