@@ -301,11 +301,21 @@ def slow_and_fast(blocks: Blocks, step_a: FloatArray | float) -> tuple[float, fl
         blocks: at least two consecutive ones.
         step_a: resolution of the accelerometer, 0 if not known.
     """
-    count, step = len(blocks), step_a + np.zeros(3)
-    within = float(blocks.variance[:, :3].sum()) / count
-    fast = within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
+    count, fast = len(blocks), vibration(blocks, step_a)
     away = blocks.mean_a - np.add.reduce(blocks.mean_a, axis=0) / count
     return float((away * away).sum()) / (count - 1.0) - fast / blocks.size, fast
+
+
+def vibration(blocks: Blocks, step_a: FloatArray | float) -> float:
+    """Variance of the accelerometer's readings in blocks about the means of these, all axes added.
+
+    Args:
+        blocks: one or more.
+        step_a: resolution of the accelerometer, 0 if not known.
+    """
+    step = step_a + np.zeros(3)
+    within = float(blocks.variance[:, :3].sum()) / len(blocks)
+    return within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
 
 
 def trim_ends(
