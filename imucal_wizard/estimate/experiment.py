@@ -54,9 +54,10 @@ class Directions:
 class Beside:
     """What was read beyond the true input, beside what a model reads.
 
-    The true force of a hold is gravity in the direction that the model finds (with a part of the
-    base left out: that the whole base finds); at rest the true rate is zero. So a model of nothing
-    is a flat line, a bias lifts it, a scale tilts it, and what the model lacks lies between them.
+    The true force of a hold is gravity in the direction found by the model, or by the whole base
+    where a part of it is left out; the true rate at rest is zero. Plotted over the true input, an
+    empty model is a horizontal line, a bias shifts it, a scale inclines it, and the difference
+    between readings and model is what the model lacks.
 
     Attributes:
         title: what it is.

@@ -221,7 +221,10 @@ def _jumps(jumped: Mapping[int, str]) -> list[str]:
 
 
 def rotation_warnings(rotations: Sequence[Rotation]) -> list[str]:
-    """How many rotations could not be used, and why, without what would have been advised then."""
+    """How many rotations could not be used, and why.
+
+    The advice that follows the colon of a reason was for the moment of the rotation.
+    """
     reasons: dict[str | NoticeKind, list[str]] = {}
     jumped: dict[int, str] = {}
     for place, rotation in enumerate(rotations, start=1):

@@ -244,8 +244,8 @@ class NoiseSurvey:
             if bad:
                 found.append(
                     f"the {name}'s Allan deviation has more structure than white noise, bias "
-                    f"instability, random walk and drift ({', '.join(bad)}): vibration, "
-                    "warming up, or steps of the bias. The standard errors are wider for it"
+                    f"instability, random walk and drift ({', '.join(bad)}), as by vibration, "
+                    "warming up or steps of the bias. The standard errors allow for it"
                 )
         return found
 

@@ -66,7 +66,7 @@ class FitOptions:
         field: magnitude of the local magnetic field, µT, or None when it is not known.
         rates: magnitudes of the constant rates of a rate table that turned the gyroscope, rad/s.
         turns: magnitudes of the angles by which a turntable turned it between rests, rad.
-        left_out: spans, s, that neither holds nor rotations may be made of.
+        left_out: spans of time, s, from which no holds and rotations are taken.
     """
 
     gravity: float = STANDARD_GRAVITY

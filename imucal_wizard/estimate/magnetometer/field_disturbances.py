@@ -3,9 +3,9 @@
 Noise falls with the number of samples averaged; a passing steel object or a loudspeaker does not.
 Means over short blocks of time show it far below the noise of a sample. Each is compared with the
 noise at its own time: a sensor that is noisier for a while is not disturbed, and its samples have
-their weight in the fit. A field that swings scatters as far, but from one sample the next ones
-follow. The misfit of the model, which is the same whenever a direction comes again, is measured
-beside it, so that a poor model is not taken for a disturbance.
+their weight in the fit. In a field that swings the samples scatter as far, but each follows from
+those before it. The misfit of the model, which is the same whenever a direction comes again, is
+measured beside it, so that a poor model is not taken for a disturbance.
 """
 
 from dataclasses import replace
