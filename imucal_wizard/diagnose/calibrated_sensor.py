@@ -33,6 +33,7 @@ from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
 from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.estimate.table_steps import TableData
+from imucal_wizard.measurement.blocks import rest_in_words
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, Circumstances
 from imucal_wizard.model.identifiability import ANGLES, Identifiable
@@ -329,7 +330,9 @@ class CalibratedAccelerometer(CalibratedSensor):
         del reference
         holds = list(measured.holds)
         if not holds:
-            raise DataError("no hold was found; hold the device still for two seconds in each pose")
+            rate = 0.0 if measured.readings is None else measured.readings.accelerometer.rate
+            rest = rest_in_words(rate)
+            raise DataError(f"no hold was found; hold the device still for {rest} in each pose")
 
         def made(holds: Sequence[Hold]) -> AccelerometerExperiment:
             args = holds, gravity, self.unit, self.calibration, EVERYTHING, hold_noise(holds)

@@ -38,6 +38,12 @@ KNOWN_WELL = 0.1
 """Relative standard error from which on an Allan deviation is well known."""
 
 
+_MOVED = (
+    "the device did not rest: the {} shows motion in {:.0f} % of the recording. Put it on a firm "
+    "table, away from fans and footsteps, and leave it alone"
+)
+
+
 @dataclass(frozen=True, eq=False)
 class SensorAtRest:
     """The noise of one sensor.
@@ -203,16 +209,11 @@ class NoiseSurvey:
         moved = {n: rest.disturbed / rest.judged for n, rest in self._rests.items() if rest.judged}
         worst = max(moved, key=moved.__getitem__, default=None)
         nothing = ended and not any(one.fits for one in sensors.values())
-        # calm seconds beside disturbed ones are left out as well, and may be all
-        if worst is not None and (
-            moved[worst] > MAX_MOVED_SHARE
-            or (nothing and _rest_share(self._rests[worst]) < 1.0 - MAX_MOVED_SHARE)
-        ):
-            raise DataError(
-                f"the device did not rest: the {worst} shows motion in {100.0 * moved[worst]:.0f} %"
-                " of the recording. Put it on a firm table, away from fans and footsteps, and "
-                "leave it alone"
-            )
+        if worst is not None:
+            # calm seconds beside disturbed ones are left out as well, and may be all
+            left = nothing and _rest_share(self._rests[worst]) < 1.0 - MAX_MOVED_SHARE
+            if moved[worst] > (0.0 if left else MAX_MOVED_SHARE):
+                raise DataError(_MOVED.format(worst, 100.0 * moved[worst]))
         if nothing:
             raise DataError(
                 f"{self.seconds:.0f} s are too short for an Allan deviation: record hours at rest, "
