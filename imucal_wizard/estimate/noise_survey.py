@@ -211,8 +211,8 @@ class NoiseSurvey:
         nothing = ended and not any(one.fits for one in sensors.values())
         if worst is not None:
             # calm seconds beside disturbed ones are left out as well, and may be all
-            left = nothing and _rest_share(self._rests[worst]) < 1.0 - MAX_MOVED_SHARE
-            if moved[worst] > (0.0 if left else MAX_MOVED_SHARE):
+            too_little = nothing and _rest_share(self._rests[worst]) < 1.0 - MAX_MOVED_SHARE
+            if moved[worst] > (0.0 if too_little else MAX_MOVED_SHARE):
                 raise DataError(_MOVED.format(worst, 100.0 * moved[worst]))
         if nothing:
             raise DataError(
