@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
 from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
@@ -36,14 +37,15 @@ from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.held_out import items_of
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 from imucal_wizard.estimate.repeatability import within_freedom
+from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effects.earth_rate import EarthRate
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
 equations as unknowns the ratio is about two."""
 CHANGED_RATIO = 3.0
-"""New poses with so many times the error held out were not measured under the same conditions: in
-four poses chance makes twice."""
+"""New poses with so many times the error held out disagree with it: in four poses chance makes
+twice."""
 MAX_LEFT_BY_ONE_CURVE = 0.2
 """Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
 EARTH_SHOWS = 0.5
@@ -140,7 +142,10 @@ def _not_confirmed(bench: Bench) -> list[str]:
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if diagnosis.base_left_out:
         return [f"The error is {_against_noise(bench)}."]
-    return [f"The model is complete: {_against_noise(bench)}.", *_not_measured(bench)]
+    where = (
+        "" if _disagreeing(diagnosis) is None else " for the poses of the fit, not for the new ones"
+    )
+    return [f"The model is complete{where}: {_against_noise(bench)}.", *_not_measured(bench)]
 
 
 def _not_measured(bench: Bench) -> list[str]:
@@ -638,25 +643,54 @@ _NOTHING_KNOWN_IS_MISSING = (Verdict.COMPLETE, Verdict.UNEXPLAINED)
 exactly alike, so that a missing effect makes repeats differ, too."""
 
 
-def _new_poses(diagnosis: Diagnosis) -> list[str]:
-    """That poses measured for validation differ from what was held out."""
+def _disagreeing(diagnosis: Diagnosis) -> SensorFit | None:
+    """The fit with its error on poses measured for validation, if that is not the one held out."""
     report, bench = diagnosis.report, diagnosis.bench
     if report is None or bench is None:
-        return []
+        return None
     fit = bench.measured.validated(bench.fit, report.validation)
     if fit.validation_rms is None or fit.rms_held_out is None:
-        return []
-    if fit.validation_rms <= CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0):
+        return None
+    expected = CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0)
+    return fit if fit.validation_rms > expected else None
+
+
+def _new_poses(diagnosis: Diagnosis) -> list[str]:
+    """That poses measured for validation differ from what was held out, and what may cause it."""
+    fit = _disagreeing(diagnosis)
+    if fit is None:
         return []
     count = len(fit.validation)
     where = f"your {count} new poses" if count > 1 else "your new pose"
+    error = (
+        f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than expected from "
+        "the held-out data"
+    )
+    changed = "something has changed since (temperature, a knock), or the device was less still"
+    if not _shown_by_new_poses_alone(diagnosis, fit):
+        return [f"{error}: {changed}. Measure them again."]
     return [
-        (
-            f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than "
-            "expected from the held-out data: something has changed since (temperature, a "
-            "knock), or the device was less still. Measure them again."
-        )
+        f"{error}: the model may lack what the poses of the fit do not show, or {changed}.",
+        "Fit all poses together (--all-samples): if no effect explains them, measure them again.",
     ]
+
+
+def _shown_by_new_poses_alone(diagnosis: Diagnosis, fit: SensorFit) -> bool:
+    """Whether an effect that the poses of the fit do not show may make the error of the new ones.
+
+    They have other directions, or the data do not exclude an error as large.
+    """
+    bench, report, findings = diagnosis.bench, diagnosis.report, diagnosis.findings
+    error = fit.validation_rms
+    if bench is None or report is None or findings is None or error is None:
+        return False
+    read = np.array([one.accelerometer for one in report.validation])
+    new = unit_vectors((read - fit.bias) @ fit.matrix.T)
+    held = bench.rows.direction[~np.isnan(bench.rows.direction).any(axis=1)]
+    nearest = np.arccos(np.clip((new @ held.T).max(axis=1), -1.0, 1.0))
+    hidden = findings.most_hidden
+    possible = max(findings.could_be or 0.0, 0.0 if hidden is None else hidden.error)
+    return bool((nearest > SAME_DIRECTION).any()) or possible >= error
 
 
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:

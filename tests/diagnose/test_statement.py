@@ -442,8 +442,24 @@ def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
     assert said.verdict is Verdict.COMPLETE
     assert "On your 4 new poses" in said.says
     assert "Measure them again" in said.says
+    assert "may lack" not in said.says
     same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert "new poses" not in same.says
+
+
+def test_new_poses_in_directions_that_the_fit_lacks_may_show_what_the_model_lacks() -> None:
+    """Faces and edges are blind to a cross product of all three axes; the corners are not."""
+    every, readings = fitted("cross-product:6:xyz", poses="26")
+    corner = [bool((np.abs(one.accelerometer) > 0.4 * every.gravity).all()) for one in every.holds]
+    fit_on = [one for one, new in zip(every.holds, corner, strict=True) if not new]
+    report = refitted(every, fit_on, readings)
+    new = tuple(one for one, new in zip(every.holds, corner, strict=True) if new)
+    said = diagnose_benches(Benches(replace(report, validation=new)), {}, automatic=False)[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert said.says.startswith("The model is complete for the poses of the fit, not for the new")
+    assert "On your 8 new poses" in said.says
+    assert "the model may lack what the poses of the fit do not show" in said.says
+    assert "Fit all poses together" in said.says
 
 
 def test_new_poses_are_judged_by_the_model_with_its_effects() -> None:
