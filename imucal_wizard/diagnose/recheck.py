@@ -91,6 +91,7 @@ class SensorRecheck:
         unit: of the three.
         moved: parameters that have changed.
         seen: power of seeing each change that is looked for.
+        misread: the readings are scaled as no sensor's are, so that a unit or range is wrong.
         says: the reason in a sentence, or "".
     """
 
@@ -101,6 +102,7 @@ class SensorRecheck:
     unit: str
     moved: tuple[MovedParameter, ...] = ()
     seen: tuple[DetectableChange, ...] = ()
+    misread: bool = False
     says: str = ""
 
 
@@ -155,9 +157,8 @@ def recheck(
     """
     found: dict[str, SensorRecheck] = {}
     for one, drift, change in _changes(known, measured, criteria):
-        why = change if isinstance(change, str) else one.misread(change.found.calibration)
-        if isinstance(change, str) or why:
-            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {why}")
+        if isinstance(change, str):
+            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {change}")
         else:
             found[one.sensor] = _judged(change, drift, criteria, _warmer(one, measured))
     return found
@@ -264,6 +265,9 @@ def _judged(
         says = "its bias is zeroed at each start: it is reported, not judged"
         return replace(made, verdict=RecheckVerdict.REPORTED, says=says)
     words = f"error {quantity(change.error, unit)}, limit {quantity(limit, unit)}"
+    if misread := known.misread(change.found.calibration):
+        says = f"{words}; {misread}"
+        return replace(made, verdict=RecheckVerdict.NO_GO, moved=(), misread=True, says=says)
     if change.error > max(limit, change.resolved):
         return replace(made, verdict=RecheckVerdict.NO_GO, says=f"{words}{_most(change, moved)}")
     if limit < change.resolved:
@@ -369,10 +373,10 @@ def judge_field(
     if axes or not len(field):
         says = f"the field was not seen on {', '.join(axes or AXES)}: turn that axis towards it"
         return replace(made, verdict=RecheckVerdict.INSUFFICIENT, says=says)
-    error = float(length.std())
+    error = float(length.std(ddof=1))
     if up is not None:
         dip = np.arcsin((field * up).sum(axis=1) / length / np.linalg.norm(up, axis=1))
-        error = max(error, float(dip.std() * length.mean()))
+        error = max(error, float(dip.std(ddof=1) * length.mean()))
     what = "magnitude varies" if up is None else "magnitude and dip vary"
     words = f"{what} by {quantity(error, unit)}, limit {quantity(limit, unit)}"
     verdict = RecheckVerdict.NO_GO if error > limit else RecheckVerdict.GO
@@ -401,6 +405,8 @@ def device_verdict(
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
     reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
+    if not advice and any(one.misread for one in sensors.values()):
+        advice = "the readings are not scaled as those that were calibrated"
     advice = (
         advice
         or {

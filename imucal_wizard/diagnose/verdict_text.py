@@ -662,10 +662,8 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
         return []
     count = len(fit.validation)
     where = f"your {count} new poses" if count > 1 else "your new pose"
-    error = (
-        f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than expected from "
-        "the held-out data"
-    )
+    size = quantity(fit.validation_rms, fit.unit)
+    error = f"On {where} the error is {size}, more than expected from the held-out data"
     changed = "something has changed since (temperature, a knock), or the device was less still"
     if not _shown_by_new_poses_alone(diagnosis, fit):
         return [f"{error}: {changed}. Measure them again."]
