@@ -184,7 +184,7 @@ class Suspect:
     @cached_property
     def p(self) -> float:
         """Share of simulations of noise alone in which any suspect reaches these odds."""
-        return self.detectability.p(self.log_odds)
+        return self.detectability.p(self.term, self.log_odds)
 
     @cached_property
     def sized(self) -> Candidate | None:
