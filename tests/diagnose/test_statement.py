@@ -17,7 +17,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Found
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.effect_text import sizes_of, sizes_text
+from imucal_wizard.diagnose.effect_text import effect_text, sizes_of, sizes_text
 from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
@@ -599,6 +599,23 @@ def test_what_an_added_effect_leaves_is_said_of_the_present_model() -> None:
     assert bench is not None
     left = bench.look().opinion.lack.ratio
     assert f"the residuals are {left:.3g} times" in said.says
+
+
+def test_the_cost_that_is_told_is_that_of_the_setting_in_the_model() -> None:
+    """A step counts at the same share of the ordinary session as of the one measured."""
+    for name, setting in (("warm-up", 40.0), ("bias-step", None)):
+        made = benches(f"{name}:5:x")
+        bench, sensor = made.accelerometer, "accelerometer"
+        bench.add(name, setting)
+        (sizes,), (term,) = bench.fit.sizes, bench.fit.terms
+        assert term.variant is not None
+        ordinary = setting or 600.0 * term.variant / bench.measured.circumstances.reference_time
+        cost = cost_of_ignoring(effect(name), sensor, sizes, ordinary).tilt_rms
+        assert cost is not None
+        told = f"the up direction wrong by {quantity(math.radians(cost), 'rad', 2)} rms"
+        assert told in " ".join(effect_text(diagnosis_of(made, bench), bench, name))
+        if name == "warm-up":
+            assert cost != cost_of_ignoring(effect(name), sensor, sizes).tilt_rms
 
 
 def test_sizes_that_are_known_only_together_are_not_left_out() -> None:
