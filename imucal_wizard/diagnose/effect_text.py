@@ -7,6 +7,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.curve_shape import rms_size
+from imucal_wizard.diagnose.detectability import USUAL_SIZES
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import MIN_SIZE_IN_ERRORS, Suspect, largest
@@ -198,9 +199,10 @@ def seen_from(one: Suspect) -> str:
     if one.sized is None:
         return ""
     seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
-    if not np.isfinite(seen):
-        return "these data cannot show it at any size"
     unit = one.sized.unit
+    if not np.isfinite(seen):
+        most = size_with_unit(USUAL_SIZES * float(one.sized.typical.min()), unit)
+        return f"shown at no size that a sensor usually has (up to {most})"
     words = f"seen from {_told(seen, one.detectable_interval, unit)}"
     if np.isfinite(named):
         words += f", named from {_told(named, one.nameable_interval, unit)}"
