@@ -471,12 +471,13 @@ def _decide(
     if {*families} - {DISTURBED} and _leaves_structure(hypotheses, weighed.best, families, lack):
         verdict, families = nameless(lack), ()
     holds = _accused(weighed.shares) if DISTURBED in families else ()
-    if verdict is Verdict.DISTURBED:
-        holds = _needed_for_agreement(misfit, hypotheses, weighed.best, holds)
-        if not holds:
-            # where the others do not agree either, there is no reason to accuse one of them
-            verdict = nameless(lack)
-    return verdict, tuple(one for one in families if one != DISTURBED), holds
+    named = tuple(one for one in families if one != DISTURBED)
+    if holds:
+        holds = _needed_for_agreement(misfit, hypotheses, weighed.best, holds, named)
+    if verdict is Verdict.DISTURBED and not holds:
+        # where the others do not agree either, there is no reason to accuse one of them
+        verdict = nameless(lack)
+    return verdict, named, holds
 
 
 def _needed_for_agreement(
@@ -484,18 +485,24 @@ def _needed_for_agreement(
     hypotheses: HypothesisSet,
     best: ExplainedVariance,
     holds: tuple[int, ...],
+    named: tuple[str, ...],
 ) -> tuple[int, ...]:
     """Those of the likely holds or rotations that must be left out for the others to agree.
 
-    As of a model that is complete, noise that was measured must make what the others leave, and be
-    a likely explanation of it. None where the others do not agree without all of these.
+    As of a model that is complete, noise that was measured must make what the others leave beside
+    the families named, and be a likely explanation of it. None where the others do not agree
+    without all of these.
     """
+    across = hypotheses.frame.across
+    of_named = [across @ best.own_span(family) for family in named]
+    columns = np.column_stack([np.zeros((len(misfit), 0)), *of_named])
 
     def agree_without(items: tuple[int, ...]) -> bool:
-        out = misfit.table.spoilt(items)
-        inside = span_of(hypotheses.frame.across.T @ misfit.whitened(np.eye(len(misfit))[:, out]))
+        own = misfit.whitened(np.eye(len(misfit))[:, misfit.table.spoilt(items)])
+        inside = span_of(across.T @ np.column_stack([columns, own]))
         beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
-        return beside[NOTHING] > MAX_NOISE_PROBABILITY and misfit.lack_without(items).within_noise
+        noise = misfit.lack_without(items, columns)
+        return beside[NOTHING] > MAX_NOISE_PROBABILITY and noise.within_noise
 
     if not agree_without(holds):
         return ()

@@ -522,6 +522,19 @@ def test_a_hold_that_stands_out_is_told_with_a_verdict_that_does_not_explain_it(
     assert "does not agree with the others" not in said.says
 
 
+def test_beside_a_name_a_hold_is_accused_only_if_the_others_then_agree() -> None:
+    """A hold that moved by 3 mg beside a bent axis; a bias that changes over several holds."""
+    report, _ = fitted("second-order:5:x", poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 3.0 * MG if k == 9 else 0.0))
+    said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
+    assert (said.verdict, said.disturbed_holds) == (Verdict.MISSING, (9,))
+    report, _ = fitted(poses="26+repeats", seed=5)
+    turned = moved(report, lambda k, _: 10.0 * MG * np.tanh((k - 18.3) / 1.3) * np.eye(3)[0])
+    said = diagnose_benches(Benches(turned), {}, automatic=False)[0]
+    assert (said.verdict, said.disturbed_holds) == (Verdict.MISSING, ())
+    assert "with all the rest beside this" not in said.says
+
+
 def test_the_earth_does_not_turn_ten_times_faster() -> None:
     """A g-sensitivity that is the same on all axes looks like a rotation about the vertical."""
     each = [f"gyroscope/g-sensitivity:0.1:{axis}" for axis in ("xx", "yy", "zz")]
