@@ -504,7 +504,12 @@ def _disturbed_places(diagnosis: Diagnosis) -> list[str]:
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
-    return places + [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    if diagnosis.bench is None or not diagnosis.disturbed_rotations:
+        return places
+    # a rotation between two rests, or a step of a rate table
+    table = diagnosis.bench.rows
+    rows = [row for row in map(table.first_row, _opinion(diagnosis).holds) if table.moving[row]]
+    return places + [table.place(row).partition(",")[0] for row in rows]
 
 
 def _disturbed_beside(diagnosis: Diagnosis) -> list[str]:
@@ -550,11 +555,27 @@ def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
+_FIRST = {
+    Verdict.NOT_REPEATABLE: (
+        "The accelerometer does not repeat in the same pose",
+        "Find what differs there first",
+    ),
+    Verdict.DISTURBED: (
+        "A part of the accelerometer's measurement disagrees with all the rest",
+        "Measure that part again first",
+    ),
+}
+"""What keeps another sensor waiting, and what to do about it."""
+_INCOMPLETE = "The accelerometer's model is not complete yet", "Complete the accelerometer first"
+
+
 def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    why, what = _INCOMPLETE
+    if diagnosis.waits_for is not None:
+        why, what = _FIRST.get(diagnosis.waits_for, _INCOMPLETE)
     first = (
-        "The accelerometer's model is not complete yet. Its error tilts the reference and would "
-        f"be attributed to the {bench.sensor}. Complete the accelerometer first. The "
-        f"{bench.sensor}'s error now is {_against_noise(bench)}."
+        f"{why}. Its error tilts the reference and would be attributed to the {bench.sensor}. "
+        f"{what}. The {bench.sensor}'s error now is {_against_noise(bench)}."
     )
     choice = "; and ".join(_or(members) for members in _opinion(diagnosis).terms)
     return [first, f"The misfit looks like {choice}."] if choice else [first]
@@ -611,7 +632,8 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 "are nearly alike."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
-    if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
+    above_noise = held_out is not None and held_out > (bench.fit.floor or 0.0)
+    if above_noise and held_out is not None and held_out > TOO_FEW_RATIO * fitted > 0.0:
         sentences.append(
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."

@@ -491,6 +491,23 @@ def test_too_few_directions_to_predict_one_are_told() -> None:
     changed = replace(report, sensors={**report.sensors, "accelerometer": few})
     said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
     assert "These directions are too few to predict one that is left out" in said.says
+    noise = replace(few, floor=6.0 * fit.rms_fitted)
+    changed = replace(report, sensors={**report.sensors, "accelerometer": noise})
+    said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
+    assert "too few" not in said.says
+
+
+def test_what_keeps_a_gyroscope_waiting_is_the_verdict_on_the_accelerometer() -> None:
+    _, said = diagnose_benches(benches("second-order:5:x", rotations=3), {}, automatic=False)
+    assert (said.verdict, said.waits_for) == (Verdict.WAITING, Verdict.MISSING)
+    assert "Complete the accelerometer first." in said.says
+    for verdict, first in (
+        (Verdict.NOT_REPEATABLE, "Find what differs there first."),
+        (Verdict.DISTURBED, "Measure that part again first."),
+    ):
+        other = verdict_text(replace(said, waits_for=verdict))
+        assert first in other
+        assert "omplete the accelerometer" not in other
 
 
 def test_circles_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None:
