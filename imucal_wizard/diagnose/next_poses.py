@@ -544,9 +544,9 @@ def separating_poses(
     def patterns(where: Circumstances, noise: FloatArray) -> Patterns:
         return pose_patterns(first, second, where, noise, radial, others)
 
-    def offers(place: int) -> list[tuple[tuple[str, bool], Patterns]]:
+    def offers(chosen: Sequence[tuple[str, bool]]) -> list[tuple[tuple[str, bool], Patterns]]:
         return [
-            ((name, warm), patterns(one_more_hold(done, name, warm, place), typical))
+            ((name, warm), patterns(one_more_hold(done, chosen, name, warm), typical))
             for name in NAMED
             for warm in (False, True)
         ]

@@ -116,7 +116,10 @@ class Shares:
         unknown = [label for label in self.by_label if label.kind == UNKNOWN]
         spoken = {one: by_terms[one.terms] for one in self.by_label if one.terms in by_terms}
         best = max(present, *spoken.values())
-        factor = {one: float(np.exp(value - best)) for one, value in spoken.items()}
+        factor = {
+            one: float(np.exp(max(value - best, LEAST_LOG_EVIDENCE)))
+            for one, value in spoken.items()
+        }
         factor |= dict.fromkeys(unknown, 1.0)
         before = sum(self.by_label[one] for one in factor)
         after = sum(self.by_label[one] * by for one, by in factor.items())
@@ -179,6 +182,9 @@ def _add_pairs(
             by_hold[int(held[place])] += float(totals[place])
 
 
+LEAST_LOG_EVIDENCE = -500.0
+"""Of an explanation over the best one; with less it would have no probability at all, and a family
+whose members all have so little would have none."""
 MIN_FAMILY_PROBABILITY = 0.75
 """Share of the probability that explanations with a family must hold for it to be named."""
 MIN_MISFIT_TAKEN = 90.0
@@ -714,7 +720,7 @@ def _named(
         )
         return Named(each, tuple(best.instead_of_both(likely[0])))
     if both > MIN_FAMILY_PROBABILITY and not shares.members(family_of, family):
-        return Named((likely[0],))
+        return Named(tuple((one,) for one in likely[0]))
     members = _with_aliases(_within(shares, family_of, family), best, heard)
     # the same effect with another one beside it is no other explanation, unless it is likely
     open_ = both > 1.0 - MIN_FAMILY_PROBABILITY
