@@ -39,7 +39,9 @@ from imucal_wizard.model.effect import SENSORS
 FIELD_FLOORS = 3.0
 """Errors that a calibration left on other directions, up to which a field that varies is usual."""
 FIELD_SHARE = 0.4
-"""Of the field, on an axis from which on that axis sees it."""
+"""Of the field, on an axis from which on that axis sees it. An error of its scale changes the
+magnitude by the square of this share, a sixth. A choice below 1/√3: a field along a corner is seen
+by all three axes."""
 SURE_TO_MOVE = 2.0
 """Standard errors by which a parameter that has moved is away from what it was, at least."""
 MANY_MOVED = 0.6

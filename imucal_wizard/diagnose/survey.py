@@ -115,7 +115,7 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
 
 
 def _proven(opinion: Opinion, added: Terms, bench: Bench) -> Opinion:
-    """The opinion that led to adding, with what the deed has shown: what was added comes first.
+    """The opinion that led to adding, with what adding has shown: what was added comes first.
 
     Where one effect leaves more than noise, two of its family that are likely may act as well.
     """

@@ -186,7 +186,9 @@ LEAST_LOG_EVIDENCE = -500.0
 """Of an explanation over the best one; with less it would have no probability at all, and a family
 whose members all have so little would have none."""
 MIN_FAMILY_PROBABILITY = 0.75
-"""Share of the probability that explanations with a family must hold for it to be named."""
+"""Share of the probability that explanations with a family must hold for it to be named. A choice:
+larger, and there are fewer wrong names and more verdicts without any; smaller, the other way
+round (`python -m benchmarks.wrong_names` counts both)."""
 MIN_MISFIT_TAKEN = 90.0
 """Squares of the noise that a named family takes away beside all others. An effect twice as large
 as these data detect takes away about 140; an unknown effect that merely resembles it, less."""
@@ -207,7 +209,8 @@ MAX_SHARE_LEFT = 0.3
 """Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
 that they are not linear leave some."""
 MIN_LISTED_PROBABILITY = 0.02
-"""Explanations below this share of the probability are not listed."""
+"""Explanations below this share of the probability are not listed. A choice: smaller, and lists are
+longer by what is hardly possible; larger, and the right explanation is left out more often."""
 MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be named instead of the family."""
 
@@ -229,7 +232,8 @@ much of each other (1 − 0.986²). More of it, and something else was given the
 resembles."""
 MAX_SHARE_LEFT_BY_PROBABLE = 0.1
 """The same below which what has no name for certain is probably this effect: the rest may be
-another, smaller error of the sensor."""
+another, smaller error of the sensor. A choice, about three times that of a name: larger, and more
+is called probable that only resembles the cause."""
 MAX_HEARD = 6
 """Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
@@ -575,7 +579,7 @@ def _leaves_structure(
 ) -> bool:
     """Whether the families named leave structure without a name.
 
-    What other effects explain of it is a matter of the next rung.
+    Structure that other effects explain does not count: they are added in the next step.
     """
     inside = best.span(families)
     left = best.lack_beside(inside)

@@ -691,7 +691,7 @@ def _new_poses(diagnosis: Diagnosis) -> list[str]:
         return [f"{error}: {changed}. Measure them again."]
     return [
         f"{error}: the model may lack what the poses of the fit do not show, or {changed}.",
-        "Fit all poses together (--all-samples): if no effect explains them, measure them again.",
+        "Fit all samples of the session together: if no effect explains them, measure them again.",
     ]
 
 

@@ -47,7 +47,8 @@ from imucal_wizard.model.effect import (
 
 NAME = "unknown-shape"
 LENGTHS = (0.1, 0.2, 0.4, 0.8)
-"""Over which the curve changes, in halves of its range. A shorter one lies between two poses."""
+"""Over which the curve changes, in halves of its range. Poses of a session are no closer together,
+and show nothing of a change over less."""
 SIZES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Of the curve before its straight part is taken away, in ``UNIT``: a tactical part's to a bad
 one's."""

@@ -459,7 +459,7 @@ def test_new_poses_in_directions_that_the_fit_lacks_may_show_what_the_model_lack
     assert said.says.startswith("The model is complete for the poses of the fit, not for the new")
     assert "On your 8 new poses" in said.says
     assert "the model may lack what the poses of the fit do not show" in said.says
-    assert "Fit all poses together" in said.says
+    assert "Fit all samples of the session together" in said.says
 
 
 def test_new_poses_are_judged_by_the_model_with_its_effects() -> None:
