@@ -61,16 +61,17 @@ def dependence_text(bench: Bench, term: str) -> str:
 def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     """What the error depends on, which effect, its size, and what it costs to ignore it."""
     effect = next(one for one in bench.effects if one.name == term)
-    *sizes, variant = _found(diagnosis, bench, effect)
+    sizes, errors, covariance, variant = _found(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
-    largest_one = int(np.abs(sizes[0]).argmax())
-    known = np.abs(sizes[0][largest_one]) >= MIN_SIZE_IN_ERRORS * sizes[1][largest_one]
-    drawn = None if known or effect.free else sizes[2]
+    largest_one = int(np.abs(sizes).argmax())
+    known = np.abs(sizes[largest_one]) >= MIN_SIZE_IN_ERRORS * errors[largest_one]
+    drawn = None if known or effect.free else covariance
+    told = sizes_text(effect, bench.sensor, sizes, errors, covariance)
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
-        f"{word}: {title}, {sizes_text(effect, bench.sensor, *sizes)}.",
-        f"If it is ignored, it leaves {_price(bench, effect, sizes[0], variant, drawn)}.",
+        f"{word}: {title}, {told}.",
+        f"If it is ignored, it leaves {_price(bench, effect, sizes, variant, drawn)}.",
     ]
 
 
