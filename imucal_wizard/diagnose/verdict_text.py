@@ -270,22 +270,12 @@ def _decided(opinion: Opinion, family: str, members: Terms) -> str:
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    lack = _opinion(diagnosis).lack
-    times = f"the residuals are {number(lack.ratio)} times the measured noise"
-    rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
-    likely = bench.fit.held_out_interval
-    if likely is not None and likely[0] <= (rung.floor or 0.0):
-        error = f"The error does not show it: {_against_noise(bench)}."
-    left = f"More than noise is left: {times}. {error}"
-    if lack.within_noise:
-        left = (
-            f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
-            f"{error}"
-        )
+    """What is left, its likeliest cause, and what would show more."""
+    left = _left(diagnosis, bench)
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
-    if rival is not None and not lack.within_noise:
+    if rival is not None and not _opinion(diagnosis).lack.within_noise:
         other, known = rival
         return [
             (
@@ -293,15 +283,6 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"{known} may be the wrong one. Take {known} out and look again."
             )
         ]
-    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
-    opinion, advice = _opinion(diagnosis), f"The next {things} show whether the error repeats."
-    if not bench.measured.guided:
-        advice = "Record each mounting a second time: an error of the sensor repeats."
-    elif not bench.measured.at_rest:
-        advice = (
-            f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
-            "the field of the room does not."
-        )
     if diagnosis.in_reference:
         effect = _or(diagnosis.in_reference)
         said = (
@@ -320,25 +301,58 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             "poses between those measured."
         )
         return [left, guess, *_not_measured(bench)]
-    if opinion.probable:
+    advice = _shows_repeats(diagnosis, bench)
+    if _opinion(diagnosis).probable:
         return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
+    report = diagnosis.report
+    odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
+    odd_one = [f"{_capital(odd)}."] if odd else []
+    return [left, _no_effect(diagnosis, bench), *odd_one, *_not_measured(bench), advice]
+
+
+def _left(diagnosis: Diagnosis, bench: Bench) -> str:
+    """How much more than noise is left."""
+    lack = _opinion(diagnosis).lack
+    times = f"the residuals are {number(lack.ratio)} times the measured noise"
+    rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
+    likely = bench.fit.held_out_interval
+    if likely is not None and likely[0] <= (rung.floor or 0.0):
+        error = f"The error does not show it: {_against_noise(bench)}."
+    if not lack.within_noise:
+        return f"More than noise is left: {times}. {error}"
+    return (
+        f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
+        f"{error}"
+    )
+
+
+def _shows_repeats(diagnosis: Diagnosis, bench: Bench) -> str:
+    """What shows whether an error without a name repeats."""
+    if not bench.measured.guided:
+        return "Record each mounting a second time: an error of the sensor repeats."
+    if not bench.measured.at_rest:
+        return (
+            f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
+            "the field of the room does not."
+        )
+    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
+    return f"The next {things} show whether the error repeats."
+
+
+def _no_effect(diagnosis: Diagnosis, bench: Bench) -> str:
+    """That no effect explains what is left, and which comes nearest."""
     known = ", ".join(term.name for term in bench.fit.terms)
     nearest = _nearest(diagnosis)
     if nearest is not None:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         sizes = _nearest_pair(diagnosis, bench) or sizes
-        none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
-    elif opinion.shapeless:
-        none = "No effect tested here has the shape of the misfit."
-    elif known:
-        none = f"No effect tested here explains what {known} leaves, so nothing more is named."
-    else:
-        none = "No effect tested here explains it, so no effect is named or added."
-    advice = " ".join([*_not_measured(bench), advice])
-    report = diagnosis.report
-    odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
-    return [left, none, *([f"{_capital(odd)}."] * bool(odd)), advice]
+        return f"No effect tested here explains {what} for certain; {sizes} comes nearest."
+    if _opinion(diagnosis).shapeless:
+        return "No effect tested here has the shape of the misfit."
+    if known:
+        return f"No effect tested here explains what {known} leaves, so nothing more is named."
+    return "No effect tested here explains it, so no effect is named or added."
 
 
 def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
