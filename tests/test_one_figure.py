@@ -237,7 +237,7 @@ def test_nothing_beside_a_verdict_contradicts_it(outputs: Outputs) -> None:
     for name, one in outputs.diagnosis.items():
         settled = one.verdict is Verdict.COMPLETE
         assert ("The model is complete" in one.says) == settled
-        assert ("Complete the accelerometer first" in one.says) == (one.verdict is Verdict.WAITING)
+        assert ("tilts the reference" in one.says) == (one.verdict is Verdict.WAITING)
         if one.verdict is Verdict.WAITING:
             assert outputs.diagnosis["accelerometer"].verdict is not Verdict.COMPLETE
         odd = outputs.report.outlier_notes.get(name)

@@ -57,7 +57,8 @@ MAX_REFITS = 3
 """Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0
 """Error held out, in units of the noise, above which a free curve of the model is only a guess
-between the poses, because it can follow any data."""
+between the poses, because it can follow any data. A choice: larger, and such a guess completes a
+model; smaller, and a right curve is refused where few poses are left out."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +137,8 @@ def confirmed(below: Rung, above: Rung, of_time: bool) -> bool:
 
 
 LOWER = 0.97
-"""An error held out is called lower from this share of the one before on."""
+"""An error held out is called lower from this share of the one before on. A choice: nearer to 1,
+effects are confirmed that lower it by chance; further from 1, weak effects are refused."""
 MIN_FALL_TEXT = f"{100.0 * (1.0 - LOWER):.0f} %"
 """The same in words: how far an error must fall."""
 
@@ -334,7 +336,7 @@ class Bench:
             hearing = None if self.referee is None else partial(self._hearing, suspects, {})
             lack = misfit.lack_of_fit()
             opinion = judge_misfit(misfit, hypotheses, posterior, hearing, lack)
-            # beside one effect that leaves only noise nothing else was given a name
+            # one effect that leaves only noise cannot have given a name to its own square
             if lack.ratio > MAX_LINEAR and not opinion.one_effect:
                 judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
                 opinion = judge_misfit(*judged, hearing, lack)
@@ -720,7 +722,8 @@ NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
 MAX_SHARE_NOT_PREDICTED = 0.25
 """Share of the squares held out, beyond those of noise, that a probable effect or a curve with a
-shape may leave: what predicts less may have any other cause."""
+shape may leave: what predicts less may have any other cause. A choice, half of the error: larger,
+and effects are called probable that predict little; smaller, and fewer are."""
 
 
 def share_not_predicted(now: float, then: float, floor: float | None) -> float:

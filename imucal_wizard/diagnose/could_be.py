@@ -52,9 +52,9 @@ TRULY = {
     NOTHING: 1.0 - _WITH_EFFECT,
     EFFECT: 1.0 + _WITH_EFFECT * PRIOR[NOTHING] / PRIOR[EFFECT],
 }
-"""How much less likely nothing is, and more likely an effect, than ``PRIOR`` says for a verdict:
-half of all sensors lack nothing that a session could show, and of these as many have an effect as
-of all."""
+"""Factors on the probabilities of nothing and of an effect. By ``PRIOR``, which a verdict uses,
+half of all sensors have nothing that a session could show. The share of this half that has an
+effect, too small to show, is taken to be that of all sensors."""
 HALVINGS = 18
 """Of the interval in which the quantile is looked for."""
 MIN_CATALOGUE_SHARE = 0.05

@@ -21,7 +21,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.model.unknown_shape import Range, UnknownShape
 
 MIN_HOLDS_INSIDE = 3
-"""A step seen by fewer has any width."""
+"""With fewer, steps of many widths fit as well."""
 MAX_GAP = 0.5
 """Largest gap without a hold, as a share of a width that is given: three holds in the
 same pose show no more than one."""

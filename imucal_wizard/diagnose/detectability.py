@@ -25,7 +25,15 @@ from imucal_wizard.diagnose.hypotheses import UNKNOWN, visible
 from imucal_wizard.diagnose.noise_draws import EffectInDraws, NoiseDraws, Weighed
 from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet, Posterior
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
-from imucal_wizard.diagnose.significance import Chances, likely_noise, members
+from imucal_wizard.diagnose.significance import (
+    Chances,
+    any_misfit,
+    beyond_simulated,
+    in_larger_unit,
+    likely_noise,
+    log_odds,
+    members,
+)
 from imucal_wizard.diagnose.verdict import (
     MAX_SHARE_LEFT_BY_PROBABLE,
     MAX_UNKNOWN_PROBABILITY,
@@ -76,9 +84,28 @@ class Detectability:
         self._misfit, self._hypotheses, self._chances = misfit, hypotheses, chances
         self._posterior, self._noise = posterior, posterior.noise
 
-    def p(self, log_odds: float) -> float:
-        """Chance that noise alone makes any suspect look as good."""
-        return self._chances.p(log_odds, self._noise)
+    def p(self, term: str, odds: float) -> float:
+        """Chance that noise alone makes any suspect look as good as this one with its log odds."""
+        chances, noise, in_unit = self._alone
+        return chances.p(odds if in_unit is None else in_unit.get(term, -np.inf), noise)
+
+    @cached_property
+    def _alone(self) -> tuple[Chances, FloatArray, dict[str, float] | None]:
+        """Simulations, the noise they are to have, and odds where its unit is a larger one."""
+        hypotheses, residual, noise = self._hypotheses, self._misfit.residual, self._noise
+        any_ = any_misfit(hypotheses)
+        kept = [hypotheses.single[place] for place in np.flatnonzero(~any_)]
+        known = HypothesisSet(hypotheses.frame, kept, hypotheses.pairs)
+        if self._posterior.single[any_].sum() > MAX_UNKNOWN_PROBABILITY:
+            noise = known.posterior(residual).noise
+        if not beyond_simulated(noise):
+            return self._chances, noise, None
+        scaled, evidence, noise = in_larger_unit(known, residual)
+        own = {
+            term: float(log_odds(evidence, scaled, places))
+            for term, places in members(scaled).items()
+        }
+        return Chances(scaled), noise, own
 
     def seen(self, candidate: Candidate) -> FloatArray:
         """Size of each parameter alone at which some suspect has p ≤ 0.01 in 95 of 100, (p,).

@@ -75,6 +75,7 @@ class Diagnosis:
         disturbed_rotations: numbers of disturbed rotations, from 0.
         disturbed_stretches: of a magnetometer, begin and end of the times at which the field was
             disturbed, s.
+        waits_for: the accelerometer's own verdict, where this sensor waits for it.
         in_reference: effects of the accelerometer, each of which explains the misfit alone.
         report: the fit that the bench began with; None where there is none.
     """
@@ -93,6 +94,7 @@ class Diagnosis:
     disturbed_holds: tuple[int, ...] = ()
     disturbed_rotations: tuple[int, ...] = ()
     disturbed_stretches: tuple[tuple[float, float], ...] = ()
+    waits_for: Verdict | None = None
     in_reference: tuple[str, ...] = ()
     report: FitReport | None = None
 

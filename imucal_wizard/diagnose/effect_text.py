@@ -7,6 +7,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.curve_shape import rms_size
+from imucal_wizard.diagnose.detectability import USUAL_SIZES
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import MIN_SIZE_IN_ERRORS, Suspect, largest
@@ -14,6 +15,7 @@ from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, E
 from imucal_wizard.model.lesson import (
     cost_of_ignoring,
     left_by_magnitude,
+    session_of,
     session_poses,
     session_words,
 )
@@ -59,16 +61,17 @@ def dependence_text(bench: Bench, term: str) -> str:
 def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
     """What the error depends on, which effect, its size, and what it costs to ignore it."""
     effect = next(one for one in bench.effects if one.name == term)
-    sizes = sizes_of(diagnosis, bench, effect)
+    sizes, errors, covariance, variant = _found(diagnosis, bench, effect)
     word = "In the model now" if term in bench.fit.model else "Missing"
     title = effect.title if effect.title.startswith(term) else f"{term} ({effect.title})"
-    largest_one = int(np.abs(sizes[0]).argmax())
-    known = np.abs(sizes[0][largest_one]) >= MIN_SIZE_IN_ERRORS * sizes[1][largest_one]
-    drawn = None if known or effect.free else sizes[2]
+    largest_one = int(np.abs(sizes).argmax())
+    known = np.abs(sizes[largest_one]) >= MIN_SIZE_IN_ERRORS * errors[largest_one]
+    drawn = None if known or effect.free else covariance
+    told = sizes_text(effect, bench.sensor, sizes, errors, covariance)
     return [
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
-        f"{word}: {title}, {sizes_text(effect, bench.sensor, *sizes)}.",
-        f"If it is ignored, it leaves {_price(effect, bench.sensor, sizes[0], drawn)}.",
+        f"{word}: {title}, {told}.",
+        f"If it is ignored, it leaves {_price(bench, effect, sizes, variant, drawn)}.",
     ]
 
 
@@ -80,6 +83,13 @@ def sizes_of(
     Returns:
         Sizes and standard errors, shape (p,), and the covariance, (p, p), where it is known.
     """
+    return _found(diagnosis, bench, effect)[:3]
+
+
+def _found(
+    diagnosis: Diagnosis, bench: Bench, effect: Effect
+) -> tuple[FloatArray, FloatArray, FloatArray | None, float | None]:
+    """See ``sizes_of``; the setting comes last."""
     together = None if diagnosis.findings is None else diagnosis.findings.together
     for fit in (bench.fit, *([] if together is None else [together])):
         first = 0
@@ -87,13 +97,15 @@ def sizes_of(
             own = slice(first, first + len(sizes))
             if term.name == effect.name:
                 known = fit.size_covariance
-                return sizes, errors, None if known is None else known[own, own]
+                own_covariance = None if known is None else known[own, own]
+                return sizes, errors, own_covariance, term.variant
             first = own.stop
     for one in diagnosis.suspects:
         if one.term == effect.name and one.trial is not None:
-            return one.trial.size, one.trial.standard_error, one.trial.covariance
+            setting = one.trial.candidates[0].variant
+            return one.trial.size, one.trial.standard_error, one.trial.covariance, setting
     count = len(effect.parameters(bench.sensor))
-    return np.zeros(count), np.full(count, np.nan), None
+    return np.zeros(count), np.full(count, np.nan), None, None
 
 
 def sizes_text(
@@ -188,9 +200,10 @@ def seen_from(one: Suspect) -> str:
     if one.sized is None:
         return ""
     seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
-    if not np.isfinite(seen):
-        return "these data cannot show it at any size"
     unit = one.sized.unit
+    if not np.isfinite(seen):
+        most = size_with_unit(USUAL_SIZES * float(one.sized.typical.min()), unit)
+        return f"shown at no size that a sensor usually has (up to {most})"
     words = f"seen from {_told(seen, one.detectable_interval, unit)}"
     if np.isfinite(named):
         words += f", named from {_told(named, one.nameable_interval, unit)}"
@@ -214,22 +227,31 @@ def _told(size: float, interval: tuple[float, float] | None, unit: str) -> str:
 
 
 def _price(
-    effect: Effect, sensor: str, sizes: FloatArray, covariance: FloatArray | None = None
+    bench: Bench,
+    effect: Effect,
+    sizes: FloatArray,
+    variant: float | None,
+    covariance: FloatArray | None = None,
 ) -> str:
     """The cost of ignoring an effect.
 
     Args:
+        bench: of the sensor.
         effect: the effect.
-        sensor: whose.
         sizes: the likeliest, shown unit, shape (p,).
+        variant: its setting.
         covariance: of the sizes where the data allow clearly different ones, shape (p, p).
     """
-    when, cost = session_words(effect), cost_of_ignoring(effect, sensor, sizes)
+    sensor = bench.sensor
+    if effect.sudden and variant is not None:  # at the same share of the ordinary session
+        measured = bench.measured.circumstances.reference_time
+        variant *= session_of(sensor).reference_time / max(measured, 1e-9)
+    when, cost = session_words(effect), cost_of_ignoring(effect, sensor, sizes, variant)
     words = cost.words()
     if covariance is not None:
         rng = np.random.default_rng(0)
         drawn = rng.multivariate_normal(sizes, covariance, DRAWN_SIZES, method="eigh")
-        words = cost.words(among=[cost_of_ignoring(effect, sensor, one) for one in drawn])
+        words = cost.words(among=[cost_of_ignoring(effect, sensor, one, variant) for one in drawn])
     return f"{words}{f' {when}' if when else ''}"
 
 

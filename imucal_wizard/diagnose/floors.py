@@ -76,7 +76,7 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
         rounding=None if rounding is None else rounding.error,
         dithered=rounding is None or rounding.dithered,
         repeats=extended.repeatability,
-        unit=extended.unit.replace("rad", "rad/s"),
+        unit="rad/s" if extended.unit == "rad" else extended.unit,
     )
 
 

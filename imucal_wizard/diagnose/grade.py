@@ -149,7 +149,7 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         if best.unit == fit.unit and error > MAX_OF_METHOD * least:
             leaves = quantity(least, fit.unit)
             return f"without the {diagnosis.by_method} method the same data leave {leaves}"
-    return beyond_limit(error, diagnosis.could_be, limit, fit.unit)
+    return beyond_limit(max(error, fit.validation_rms or 0.0), diagnosis.could_be, limit, fit.unit)
 
 
 def read_limits(path: Path) -> Limits:

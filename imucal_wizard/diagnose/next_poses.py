@@ -70,7 +70,8 @@ POSES_INSIDE_STEEP_PART = 4
 MIN_SPARE_DIRECTIONS = 2
 """Directions beyond what determines the model, to leave out one and to contradict the rest."""
 MAX_P_WORTH_SEPARATING = 0.05
-"""A suspect of this p-value is worth separating from another."""
+"""A suspect of this p-value is worth separating from another. A choice: larger, and poses are asked
+for because of suspects that noise makes; smaller, and weak effects are not separated."""
 ELSEWHERE = "one metre away from the first place, and away from iron"
 
 Requests = tuple[MeasurementRequest, ...]
@@ -544,9 +545,9 @@ def separating_poses(
     def patterns(where: Circumstances, noise: FloatArray) -> Patterns:
         return pose_patterns(first, second, where, noise, radial, others)
 
-    def offers(place: int) -> list[tuple[tuple[str, bool], Patterns]]:
+    def offers(chosen: Sequence[tuple[str, bool]]) -> list[tuple[tuple[str, bool], Patterns]]:
         return [
-            ((name, warm), patterns(one_more_hold(done, name, warm, place), typical))
+            ((name, warm), patterns(one_more_hold(done, chosen, name, warm), typical))
             for name in NAMED
             for warm in (False, True)
         ]

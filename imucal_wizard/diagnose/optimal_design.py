@@ -79,7 +79,7 @@ def _with_priors(rows: Patterns, held: FloatArray) -> Patterns:
 
 def choose(
     now: Patterns,
-    offers: Callable[[int], Sequence[tuple[T, Patterns]]],
+    offers: Callable[[Sequence[T]], Sequence[tuple[T, Patterns]]],
     most: int,
     growth: float,
 ) -> tuple[list[T], float, float]:
@@ -87,8 +87,8 @@ def choose(
 
     Args:
         now: the rows there are.
-        offers: what could be measured as the next, each with the rows that it would add, given how
-            much has been chosen already.
+        offers: what could be measured as the next, each with the rows that it would add, given what
+            has been chosen already.
         most: offers to take at most.
         growth: factor by which each must lengthen what separates the explanations.
 
@@ -100,7 +100,7 @@ def choose(
     for place in range(most):
         if length >= ENOUGH_LENGTH and place != 1:
             break
-        known = offers(place)
+        known = offers(chosen)
         lengths = [apart_length(*_stacked(now, patterns)) for _, patterns in known]
         best = int(np.argmax(lengths))
         if lengths[best] < growth * length + 1e-9:
@@ -182,15 +182,24 @@ def poses_done(now: Patterns, radial: bool, others: Sequence[Term]) -> Patterns:
     return _with_priors(now, np.concatenate([free, np.diag(1.0 / width)], axis=1))
 
 
-def one_more_hold(done: Circumstances, name: str, warm: bool, place: int) -> Circumstances:
-    """The circumstances of one more hold in this pose."""
+def one_more_hold(
+    done: Circumstances, chosen: Sequence[tuple[str, bool]], name: str, warm: bool
+) -> Circumstances:
+    """The circumstances of one more hold in this pose.
+
+    Args:
+        done: of the holds there are.
+        chosen: the poses that come between, with whether the device is warmer there.
+        name: of the pose.
+        warm: the device is warmer; it is held once the temperature has settled.
+    """
     last = float(done.temperature[-1])
     return Circumstances(
         force=NAMED[name][None] * done.gravity,
         rate=np.zeros((1, 3)),
         temperature=np.array([last + WARMER * warm]),
-        time=np.array([float(done.time[-1]) + SECONDS_PER_POSE * (place + 1)]),
-        previous=done.force[-1:],
+        time=np.array([float(done.time[-1]) + SECONDS_PER_POSE * (len(chosen) + 1)]),
+        previous=NAMED[chosen[-1][0]][None] * done.gravity if chosen else done.force[-1:],
         vibration=np.array([float(np.mean(done.vibration))]),
         gravity=done.gravity,
         reference_temperature=done.reference_temperature,

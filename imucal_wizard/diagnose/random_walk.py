@@ -29,6 +29,8 @@ WANDERS = (0.0, 0.6, 2.0, 6.0)
 FREE_WANDERS = (0.6, 2.0, 6.0, 20.0, 60.0, 200.0, 600.0)
 """The same in units of the white part of a residual of any size, which may be as good as none."""
 WANDER_PRIOR = (0.6, 0.2, 0.13, 0.07)
+"""Probability of each. A choice: most biases hardly wander in a session. With more for the large
+ones, slow effects need to be larger to be named; with less, a wander is taken for a drift."""
 VISITS_AN_ERROR_LASTS = (0.0, 1.0)
 """Of an error that follows no time: until the row ends, as a seat does, or until the next rest, as
 what the last motion leaves behind does. A bias that wanders lasts longer."""
@@ -78,7 +80,7 @@ class Frame:
         return replace(self, wanders=self.wanders[:count], log_prior=self.log_prior[:count])
 
     def weights(self, wander: float) -> FloatArray:
-        """What white noise has over what wandering noise has along each coordinate, (m,)."""
+        """Variance of white noise over that of white and wandering noise, by coordinate, (m,)."""
         return np.asarray(1.0 / (1.0 + wander**2 * self.walk))
 
     def walked(self, wander: float) -> FloatArray:

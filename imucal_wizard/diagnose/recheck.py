@@ -39,7 +39,9 @@ from imucal_wizard.model.effect import SENSORS
 FIELD_FLOORS = 3.0
 """Errors that a calibration left on other directions, up to which a field that varies is usual."""
 FIELD_SHARE = 0.4
-"""Of the field, on an axis from which on that axis sees it."""
+"""Of the field, on an axis from which on that axis sees it. An error of its scale changes the
+magnitude by the square of this share, a sixth. A choice below 1/√3: a field along a corner is seen
+by all three axes."""
 SURE_TO_MOVE = 2.0
 """Standard errors by which a parameter that has moved is away from what it was, at least."""
 MANY_MOVED = 0.6
@@ -91,6 +93,7 @@ class SensorRecheck:
         unit: of the three.
         moved: parameters that have changed.
         seen: power of seeing each change that is looked for.
+        misread: the readings are scaled as no sensor's are, so that a unit or range is wrong.
         says: the reason in a sentence, or "".
     """
 
@@ -101,6 +104,7 @@ class SensorRecheck:
     unit: str
     moved: tuple[MovedParameter, ...] = ()
     seen: tuple[DetectableChange, ...] = ()
+    misread: bool = False
     says: str = ""
 
 
@@ -155,9 +159,8 @@ def recheck(
     """
     found: dict[str, SensorRecheck] = {}
     for one, drift, change in _changes(known, measured, criteria):
-        why = change if isinstance(change, str) else one.misread(change.found.calibration)
-        if isinstance(change, str) or why:
-            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {why}")
+        if isinstance(change, str):
+            found[one.sensor] = not_seen(one, criteria, f"x, y and z were not seen: {change}")
         else:
             found[one.sensor] = _judged(change, drift, criteria, _warmer(one, measured))
     return found
@@ -264,6 +267,9 @@ def _judged(
         says = "its bias is zeroed at each start: it is reported, not judged"
         return replace(made, verdict=RecheckVerdict.REPORTED, says=says)
     words = f"error {quantity(change.error, unit)}, limit {quantity(limit, unit)}"
+    if misread := known.misread(change.found.calibration):
+        says = f"{words}; {misread}"
+        return replace(made, verdict=RecheckVerdict.NO_GO, moved=(), misread=True, says=says)
     if change.error > max(limit, change.resolved):
         return replace(made, verdict=RecheckVerdict.NO_GO, says=f"{words}{_most(change, moved)}")
     if limit < change.resolved:
@@ -369,10 +375,10 @@ def judge_field(
     if axes or not len(field):
         says = f"the field was not seen on {', '.join(axes or AXES)}: turn that axis towards it"
         return replace(made, verdict=RecheckVerdict.INSUFFICIENT, says=says)
-    error = float(length.std())
+    error = float(length.std(ddof=1))
     if up is not None:
         dip = np.arcsin((field * up).sum(axis=1) / length / np.linalg.norm(up, axis=1))
-        error = max(error, float(dip.std() * length.mean()))
+        error = max(error, float(dip.std(ddof=1) * length.mean()))
     what = "magnitude varies" if up is None else "magnitude and dip vary"
     words = f"{what} by {quantity(error, unit)}, limit {quantity(limit, unit)}"
     verdict = RecheckVerdict.NO_GO if error > limit else RecheckVerdict.GO
@@ -401,6 +407,8 @@ def device_verdict(
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
     reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
+    if not advice and any(one.misread for one in sensors.values()):
+        advice = "the readings are not scaled as those that were calibrated"
     advice = (
         advice
         or {

@@ -151,11 +151,11 @@ class WhitenedResiduals:
         wider = np.column_stack([self.base, columns])
         return lack_of_fit(self.residual, wider, self.sigma, self.visits)
 
-    def lack_without(self, items: Sequence[int]) -> LackOfFit:
+    def lack_without(self, items: Sequence[int], columns: FloatArray) -> LackOfFit:
         """The same without the rows that some holds or rotations spoil."""
         out = self.table.spoilt(items)
-        base = self.without(out).base
-        return lack_of_fit(self.residual, base, self.sigma, self.visits.without(out))
+        wider = np.column_stack([self.without(out).base, columns])
+        return lack_of_fit(self.residual, wider, self.sigma, self.visits.without(out))
 
     def without(self, out: BoolArray) -> "WhitenedResiduals":
         """What is left of the other rows.

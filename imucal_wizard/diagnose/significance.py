@@ -1,17 +1,21 @@
 """The p-value of a suspect: how likely the best suspect looks in simulated noise alone.
 
 The odds of a suspect are its marginal likelihood against noise alone, its settings and axes
-averaged over. The simulated noise is as large, and wanders as far, as the data say.
+averaged over. The simulated noise is as large, and wanders as far, as the data say if nothing makes
+the misfit that could make any: noise between holds is such a thing itself where no pose is
+repeated. Noise larger than any that is simulated becomes the unit of all rows.
 """
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT
-from imucal_wizard.diagnose.posterior import HypothesisSet
+from imucal_wizard.diagnose.hypotheses import DISTURBED, EFFECT, UNKNOWN
+from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSet
 from imucal_wizard.diagnose.random_walk import SIGMAS
 
 SIMULATIONS = 400
@@ -27,6 +31,9 @@ MIN_WANDER_PROBABILITY = 0.05
 MAX_LOG_ODDS = 80.0
 """Larger odds, and odds smaller than their inverse, are beyond single precision; noise alone
 reaches neither."""
+LARGER_UNIT = 2.0
+"""Factor between units of the noise. In the first in which noise alone can be simulated, ``SIGMAS``
+reach to less than a fourth of it: what an effect leaves is told from the noise."""
 WEIGHED_AT_ONCE = 8
 """Explanations: in 400 simulations they take half a megabyte, which stays near the processor."""
 MAX_LOG_FACTOR = 12.0
@@ -81,6 +88,50 @@ def likely_noise(noise: FloatArray) -> tuple[FloatArray, FloatArray]:
     sizes = np.exp(noise @ np.log(SIGMAS) / np.maximum(shares, 1e-300))
     shares = np.where(shares > MIN_WANDER_PROBABILITY, shares, 0.0)
     return shares / shares.sum(axis=-1, keepdims=True), sizes
+
+
+def any_misfit(hypotheses: HypothesisSet) -> NDArray[np.bool_]:
+    """Which single explanations could make any misfit, and so show no noise, shape (h,).
+
+    They are unknown structure, and what has as many parameters as there are coordinates.
+    """
+    room = hypotheses.frame.across.shape[1]
+    return np.array(
+        [one.kind == UNKNOWN or one.patterns.shape[1] >= room for one in hypotheses.single]
+    )
+
+
+def in_larger_unit(
+    hypotheses: HypothesisSet, residual: FloatArray
+) -> tuple[HypothesisSet, FloatArray, FloatArray]:
+    """The single explanations in a unit in which noise alone is not too large to be simulated.
+
+    Args:
+        hypotheses: the explanations.
+        residual: whitened, shape (n,).
+
+    Returns:
+        The set in this unit, the evidence of each of them, and the noise if it is all there is.
+    """
+    frame, unit = hypotheses.frame, 1.0
+    alone = np.zeros(0)
+    while not len(alone) or beyond_simulated(alone):
+        unit *= LARGER_UNIT
+        alone = frame.log_noise(frame.across.T @ residual / unit)
+        alone = np.exp(alone - alone.max())
+        alone /= alone.sum()
+    scaled = [replace(one, patterns=one.patterns / unit) for one in hypotheses.single]
+    found = HypothesisSet(frame, scaled)
+    return found, found.posterior(residual / unit).evidence, alone
+
+
+def beyond_simulated(noise: FloatArray) -> bool:
+    """Whether the noise may be larger than any that is simulated.
+
+    Args:
+        noise: probability of each wander and σ, shape (wanders, sigmas).
+    """
+    return bool(noise[:, NOISE_SIZES[-1] < SIGMAS].sum() > MAX_NOISE_PROBABILITY)
 
 
 class Chances:

@@ -115,7 +115,7 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
 
 
 def _proven(opinion: Opinion, added: Terms, bench: Bench) -> Opinion:
-    """The opinion that led to adding, with what the deed has shown: what was added comes first.
+    """The opinion that led to adding, with what adding has shown: what was added comes first.
 
     Where one effect leaves more than noise, two of its family that are likely may act as well.
     """
@@ -263,10 +263,17 @@ def diagnosis_of(
         disturbed_holds=disturbed[0],
         disturbed_rotations=disturbed[1],
         disturbed_stretches=disturbed[2],
+        waits_for=_of_accelerometer(benches) if verdict is Verdict.WAITING else None,
         in_reference=benches.hidden_in_reference(bench) if verdict is Verdict.UNEXPLAINED else (),
         report=benches.report,
     )
     return replace(found, says=verdict_text(found))
+
+
+def _of_accelerometer(benches: Benches) -> Verdict | None:
+    """The verdict on the accelerometer's model as it is; None where it has no bench."""
+    bench = benches.bench(SENSORS[0])
+    return None if bench is None else bench.look().opinion.verdict
 
 
 def _verdict(

@@ -116,7 +116,9 @@ MIN_CORRELATION_ALIKE = 0.9
 """Correlation of two effects' visible patterns above which they look the same here."""
 
 MIN_ODDS_SETTLED = 5.0
-"""Log odds from which on the data determine the setting of a suspect."""
+"""Log odds from which on the data determine the setting of a suspect. A choice, 150 to 1: with
+smaller odds the likeliest setting may be that of the noise; with larger ones the setting of a weak
+effect is left at the usual one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +186,7 @@ class Suspect:
     @cached_property
     def p(self) -> float:
         """Share of simulations of noise alone in which any suspect reaches these odds."""
-        return self.detectability.p(self.log_odds)
+        return self.detectability.p(self.term, self.log_odds)
 
     @cached_property
     def sized(self) -> Candidate | None:

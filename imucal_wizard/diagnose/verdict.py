@@ -116,7 +116,10 @@ class Shares:
         unknown = [label for label in self.by_label if label.kind == UNKNOWN]
         spoken = {one: by_terms[one.terms] for one in self.by_label if one.terms in by_terms}
         best = max(present, *spoken.values())
-        factor = {one: float(np.exp(value - best)) for one, value in spoken.items()}
+        factor = {
+            one: float(np.exp(max(value - best, LEAST_LOG_EVIDENCE)))
+            for one, value in spoken.items()
+        }
         factor |= dict.fromkeys(unknown, 1.0)
         before = sum(self.by_label[one] for one in factor)
         after = sum(self.by_label[one] * by for one, by in factor.items())
@@ -179,8 +182,13 @@ def _add_pairs(
             by_hold[int(held[place])] += float(totals[place])
 
 
+LEAST_LOG_EVIDENCE = -500.0
+"""Of an explanation over the best one; with less it would have no probability at all, and a family
+whose members all have so little would have none."""
 MIN_FAMILY_PROBABILITY = 0.75
-"""Share of the probability that explanations with a family must hold for it to be named."""
+"""Share of the probability that explanations with a family must hold for it to be named. A choice:
+larger, and there are fewer wrong names and more verdicts without any; smaller, the other way
+round (`python -m benchmarks.wrong_names` counts both)."""
 MIN_MISFIT_TAKEN = 90.0
 """Squares of the noise that a named family takes away beside all others. An effect twice as large
 as these data detect takes away about 140; an unknown effect that merely resembles it, less."""
@@ -201,7 +209,8 @@ MAX_SHARE_LEFT = 0.3
 """Share of a magnetometer's misfit, rms, that may be left by all effects together: effects so large
 that they are not linear leave some."""
 MIN_LISTED_PROBABILITY = 0.02
-"""Explanations below this share of the probability are not listed."""
+"""Explanations below this share of the probability are not listed. A choice: smaller, and lists are
+longer by what is hardly possible; larger, and the right explanation is left out more often."""
 MIN_MEMBER_PROBABILITY = 0.95
 """Share within its family that one effect needs to be named instead of the family."""
 
@@ -223,7 +232,8 @@ much of each other (1 − 0.986²). More of it, and something else was given the
 resembles."""
 MAX_SHARE_LEFT_BY_PROBABLE = 0.1
 """The same below which what has no name for certain is probably this effect: the rest may be
-another, smaller error of the sensor."""
+another, smaller error of the sensor. A choice, about three times that of a name: larger, and more
+is called probable that only resembles the cause."""
 MAX_HEARD = 6
 """Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
@@ -471,12 +481,13 @@ def _decide(
     if {*families} - {DISTURBED} and _leaves_structure(hypotheses, weighed.best, families, lack):
         verdict, families = nameless(lack), ()
     holds = _accused(weighed.shares) if DISTURBED in families else ()
-    if verdict is Verdict.DISTURBED:
-        holds = _needed_for_agreement(misfit, hypotheses, weighed.best, holds)
-        if not holds:
-            # where the others do not agree either, there is no reason to accuse one of them
-            verdict = nameless(lack)
-    return verdict, tuple(one for one in families if one != DISTURBED), holds
+    named = tuple(one for one in families if one != DISTURBED)
+    if holds:
+        holds = _needed_for_agreement(misfit, hypotheses, weighed.best, holds, named)
+    if verdict is Verdict.DISTURBED and not holds:
+        # where the others do not agree either, there is no reason to accuse one of them
+        verdict = nameless(lack)
+    return verdict, named, holds
 
 
 def _needed_for_agreement(
@@ -484,18 +495,24 @@ def _needed_for_agreement(
     hypotheses: HypothesisSet,
     best: ExplainedVariance,
     holds: tuple[int, ...],
+    named: tuple[str, ...],
 ) -> tuple[int, ...]:
     """Those of the likely holds or rotations that must be left out for the others to agree.
 
-    As of a model that is complete, noise that was measured must make what the others leave, and be
-    a likely explanation of it. None where the others do not agree without all of these.
+    As of a model that is complete, noise that was measured must make what the others leave beside
+    the families named, and be a likely explanation of it. None where the others do not agree
+    without all of these.
     """
+    across = hypotheses.frame.across
+    of_named = [across @ best.own_span(family) for family in named]
+    columns = np.column_stack([np.zeros((len(misfit), 0)), *of_named])
 
     def agree_without(items: tuple[int, ...]) -> bool:
-        out = misfit.table.spoilt(items)
-        inside = span_of(hypotheses.frame.across.T @ misfit.whitened(np.eye(len(misfit))[:, out]))
+        own = misfit.whitened(np.eye(len(misfit))[:, misfit.table.spoilt(items)])
+        inside = span_of(across.T @ np.column_stack([columns, own]))
         beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
-        return beside[NOTHING] > MAX_NOISE_PROBABILITY and misfit.lack_without(items).within_noise
+        noise = misfit.lack_without(items, columns)
+        return beside[NOTHING] > MAX_NOISE_PROBABILITY and noise.within_noise
 
     if not agree_without(holds):
         return ()
@@ -562,7 +579,7 @@ def _leaves_structure(
 ) -> bool:
     """Whether the families named leave structure without a name.
 
-    What other effects explain of it is a matter of the next rung.
+    Structure that other effects explain does not count: they are added in the next step.
     """
     inside = best.span(families)
     left = best.lack_beside(inside)
@@ -707,7 +724,7 @@ def _named(
         )
         return Named(each, tuple(best.instead_of_both(likely[0])))
     if both > MIN_FAMILY_PROBABILITY and not shares.members(family_of, family):
-        return Named((likely[0],))
+        return Named(tuple((one,) for one in likely[0]))
     members = _with_aliases(_within(shares, family_of, family), best, heard)
     # the same effect with another one beside it is no other explanation, unless it is likely
     open_ = both > 1.0 - MIN_FAMILY_PROBABILITY

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
 from imucal_wizard.core.notices import NoticeKind, of_kind
 from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
@@ -36,14 +37,15 @@ from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.held_out import items_of
 from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 from imucal_wizard.estimate.repeatability import within_freedom
+from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effects.earth_rate import EarthRate
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
 equations as unknowns the ratio is about two."""
 CHANGED_RATIO = 3.0
-"""New poses with so many times the error held out were not measured under the same conditions: in
-four poses chance makes twice."""
+"""New poses with so many times the error held out disagree with it: in four poses chance makes
+twice."""
 MAX_LEFT_BY_ONE_CURVE = 0.2
 """Share of the fitted error that a curve may leave, beside noise, to be called all there is."""
 EARTH_SHOWS = 0.5
@@ -140,7 +142,10 @@ def _not_confirmed(bench: Bench) -> list[str]:
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if diagnosis.base_left_out:
         return [f"The error is {_against_noise(bench)}."]
-    return [f"The model is complete: {_against_noise(bench)}.", *_not_measured(bench)]
+    where = (
+        "" if _disagreeing(diagnosis) is None else " for the poses of the fit, not for the new ones"
+    )
+    return [f"The model is complete{where}: {_against_noise(bench)}.", *_not_measured(bench)]
 
 
 def _not_measured(bench: Bench) -> list[str]:
@@ -265,22 +270,12 @@ def _decided(opinion: Opinion, family: str, members: Terms) -> str:
 
 
 def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    lack = _opinion(diagnosis).lack
-    times = f"the residuals are {number(lack.ratio)} times the measured noise"
-    rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
-    likely = bench.fit.held_out_interval
-    if likely is not None and likely[0] <= (rung.floor or 0.0):
-        error = f"The error does not show it: {_against_noise(bench)}."
-    left = f"More than noise is left: {times}. {error}"
-    if lack.within_noise:
-        left = (
-            f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
-            f"{error}"
-        )
+    """What is left, its likeliest cause, and what would show more."""
+    left = _left(diagnosis, bench)
     if diagnosis.base_left_out:
         return [left]
     rival = _rival(diagnosis, bench)
-    if rival is not None and not lack.within_noise:
+    if rival is not None and not _opinion(diagnosis).lack.within_noise:
         other, known = rival
         return [
             (
@@ -288,15 +283,6 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"{known} may be the wrong one. Take {known} out and look again."
             )
         ]
-    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
-    opinion, advice = _opinion(diagnosis), f"The next {things} show whether the error repeats."
-    if not bench.measured.guided:
-        advice = "Record each mounting a second time: an error of the sensor repeats."
-    elif not bench.measured.at_rest:
-        advice = (
-            f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
-            "the field of the room does not."
-        )
     if diagnosis.in_reference:
         effect = _or(diagnosis.in_reference)
         said = (
@@ -315,25 +301,58 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             "poses between those measured."
         )
         return [left, guess, *_not_measured(bench)]
-    if opinion.probable:
+    advice = _shows_repeats(diagnosis, bench)
+    if _opinion(diagnosis).probable:
         return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
+    report = diagnosis.report
+    odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
+    odd_one = [f"{_capital(odd)}."] if odd else []
+    return [left, _no_effect(diagnosis, bench), *odd_one, *_not_measured(bench), advice]
+
+
+def _left(diagnosis: Diagnosis, bench: Bench) -> str:
+    """How much more than noise is left."""
+    lack = _opinion(diagnosis).lack
+    times = f"the residuals are {number(lack.ratio)} times the measured noise"
+    rung, error = bench.ladder[-1], f"The error is {_against_noise(bench)}."
+    likely = bench.fit.held_out_interval
+    if likely is not None and likely[0] <= (rung.floor or 0.0):
+        error = f"The error does not show it: {_against_noise(bench)}."
+    if not lack.within_noise:
+        return f"More than noise is left: {times}. {error}"
+    return (
+        f"Noise may be all that is left, but probably not: {times}, and they follow a pattern. "
+        f"{error}"
+    )
+
+
+def _shows_repeats(diagnosis: Diagnosis, bench: Bench) -> str:
+    """What shows whether an error without a name repeats."""
+    if not bench.measured.guided:
+        return "Record each mounting a second time: an error of the sensor repeats."
+    if not bench.measured.at_rest:
+        return (
+            f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
+            "the field of the room does not."
+        )
+    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
+    return f"The next {things} show whether the error repeats."
+
+
+def _no_effect(diagnosis: Diagnosis, bench: Bench) -> str:
+    """That no effect explains what is left, and which comes nearest."""
     known = ", ".join(term.name for term in bench.fit.terms)
     nearest = _nearest(diagnosis)
     if nearest is not None:
         what = f"what {known} leaves" if known else "it"
         sizes = _with_sizes(diagnosis, bench, nearest.term)
         sizes = _nearest_pair(diagnosis, bench) or sizes
-        none = f"No effect tested here explains {what} for certain; {sizes} comes nearest."
-    elif opinion.shapeless:
-        none = "No effect tested here has the shape of the misfit."
-    elif known:
-        none = f"No effect tested here explains what {known} leaves, so nothing more is named."
-    else:
-        none = "No effect tested here explains it, so no effect is named or added."
-    advice = " ".join([*_not_measured(bench), advice])
-    report = diagnosis.report
-    odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
-    return [left, none, *([f"{_capital(odd)}."] * bool(odd)), advice]
+        return f"No effect tested here explains {what} for certain; {sizes} comes nearest."
+    if _opinion(diagnosis).shapeless:
+        return "No effect tested here has the shape of the misfit."
+    if known:
+        return f"No effect tested here explains what {known} leaves, so nothing more is named."
+    return "No effect tested here explains it, so no effect is named or added."
 
 
 def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -499,7 +518,12 @@ def _disturbed_places(diagnosis: Diagnosis) -> list[str]:
     places += [
         f"the field from {start:.0f} to {end:.0f} s" for start, end in diagnosis.disturbed_stretches
     ]
-    return places + [f"rotation {number + 1}" for number in diagnosis.disturbed_rotations]
+    if diagnosis.bench is None or not diagnosis.disturbed_rotations:
+        return places
+    # a rotation between two rests, or a step of a rate table
+    table = diagnosis.bench.rows
+    rows = [row for row in map(table.first_row, _opinion(diagnosis).holds) if table.moving[row]]
+    return places + [table.place(row).partition(",")[0] for row in rows]
 
 
 def _disturbed_beside(diagnosis: Diagnosis) -> list[str]:
@@ -545,11 +569,27 @@ def spans_to_leave_out(diagnosis: Diagnosis) -> list[tuple[float, float]]:
     return [(float(start), float(end)) for start, end in bench.rows.span[rows]]
 
 
+_FIRST = {
+    Verdict.NOT_REPEATABLE: (
+        "The accelerometer does not repeat in the same pose",
+        "Find what differs there first",
+    ),
+    Verdict.DISTURBED: (
+        "A part of the accelerometer's measurement disagrees with all the rest",
+        "Measure that part again first",
+    ),
+}
+"""What keeps another sensor waiting, and what to do about it."""
+_INCOMPLETE = "The accelerometer's model is not complete yet", "Complete the accelerometer first"
+
+
 def _waiting(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    why, what = _INCOMPLETE
+    if diagnosis.waits_for is not None:
+        why, what = _FIRST.get(diagnosis.waits_for, _INCOMPLETE)
     first = (
-        "The accelerometer's model is not complete yet. Its error tilts the reference and would "
-        f"be attributed to the {bench.sensor}. Complete the accelerometer first. The "
-        f"{bench.sensor}'s error now is {_against_noise(bench)}."
+        f"{why}. Its error tilts the reference and would be attributed to the {bench.sensor}. "
+        f"{what}. The {bench.sensor}'s error now is {_against_noise(bench)}."
     )
     choice = "; and ".join(_or(members) for members in _opinion(diagnosis).terms)
     return [first, f"The misfit looks like {choice}."] if choice else [first]
@@ -606,7 +646,8 @@ def _reservations(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 "are nearly alike."
             )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
-    if held_out is not None and held_out > TOO_FEW_RATIO * fitted and fitted > 0.0:
+    above_noise = held_out is not None and held_out > (bench.fit.floor or 0.0)
+    if above_noise and held_out is not None and held_out > TOO_FEW_RATIO * fitted > 0.0:
         sentences.append(
             f"These {bench.measured.left_out} are too few to predict one that is left out: more of "
             "them lower the held-out error."
@@ -638,25 +679,52 @@ _NOTHING_KNOWN_IS_MISSING = (Verdict.COMPLETE, Verdict.UNEXPLAINED)
 exactly alike, so that a missing effect makes repeats differ, too."""
 
 
-def _new_poses(diagnosis: Diagnosis) -> list[str]:
-    """That poses measured for validation differ from what was held out."""
+def _disagreeing(diagnosis: Diagnosis) -> SensorFit | None:
+    """The fit with its error on poses measured for validation, if that is not the one held out."""
     report, bench = diagnosis.report, diagnosis.bench
     if report is None or bench is None:
-        return []
+        return None
     fit = bench.measured.validated(bench.fit, report.validation)
     if fit.validation_rms is None or fit.rms_held_out is None:
-        return []
-    if fit.validation_rms <= CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0):
+        return None
+    expected = CHANGED_RATIO * max(fit.rms_held_out, fit.floor or 0.0)
+    return fit if fit.validation_rms > expected else None
+
+
+def _new_poses(diagnosis: Diagnosis) -> list[str]:
+    """That poses measured for validation differ from what was held out, and what may cause it."""
+    fit = _disagreeing(diagnosis)
+    if fit is None:
         return []
     count = len(fit.validation)
     where = f"your {count} new poses" if count > 1 else "your new pose"
+    size = quantity(fit.validation_rms, fit.unit)
+    error = f"On {where} the error is {size}, more than expected from the held-out data"
+    changed = "something has changed since (temperature, a knock), or the device was less still"
+    if not _shown_by_new_poses_alone(diagnosis, fit):
+        return [f"{error}: {changed}. Measure them again."]
     return [
-        (
-            f"On {where} the error is {quantity(fit.validation_rms, fit.unit)}, more than "
-            "expected from the held-out data: something has changed since (temperature, a "
-            "knock), or the device was less still. Measure them again."
-        )
+        f"{error}: the model may lack what the poses of the fit do not show, or {changed}.",
+        "Fit all samples of the session together: if no effect explains them, measure them again.",
     ]
+
+
+def _shown_by_new_poses_alone(diagnosis: Diagnosis, fit: SensorFit) -> bool:
+    """Whether an effect that the poses of the fit do not show may make the error of the new ones.
+
+    They have other directions, or the data do not exclude an error as large.
+    """
+    bench, report, findings = diagnosis.bench, diagnosis.report, diagnosis.findings
+    error = fit.validation_rms
+    if bench is None or report is None or findings is None or error is None:
+        return False
+    read = np.array([one.accelerometer for one in report.validation])
+    new = unit_vectors((read - fit.bias) @ fit.matrix.T)
+    held = bench.rows.direction[~np.isnan(bench.rows.direction).any(axis=1)]
+    nearest = np.arccos(np.clip((new @ held.T).max(axis=1), -1.0, 1.0))
+    hidden = findings.most_hidden
+    possible = max(findings.could_be or 0.0, 0.0 if hidden is None else hidden.error)
+    return bool((nearest > SAME_DIRECTION).any()) or possible >= error
 
 
 def _fall(diagnosis: Diagnosis, bench: Bench) -> list[str]:

@@ -28,6 +28,8 @@ SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
 EXCESS_P = 0.01
 """Probability of residuals by own noise alone, below which there is an excess."""
+FREEDOM_DECIMALS = 9
+"""Of the degrees of freedom, above the rounding errors of the sum that they are."""
 MIN_SHOWN_SHARE = 1e-12
 """Share of a combination of parameters in what the rows show, below which they do not show it."""
 
@@ -189,7 +191,8 @@ def solved(system: System, variance: FloatArray, precision: FloatArray) -> Balan
         normal=normal,
         covariance=covariance,
         spare=spare,
-        freedom=np.asarray(np.bincount(system.kinds, spare), np.float64),
+        # whether one degree is left is not for the last bit of its rows' leverages to say
+        freedom=np.round(np.bincount(system.kinds, spare), FREEDOM_DECIMALS),
     )
 
 

@@ -101,7 +101,7 @@ class Cost:
         if self.rest_rms is not None and self.rest_rms > SMALLEST_ANGLE:
             rest = _told(self.rest_rms, [one.rest_rms or 0.0 for one in among])
             parts.append(f"an angle of {rest} after a minute at rest")
-        words = ", and ".join(parts) or "no error"
+        words = ", and ".join(parts) or f"less than {SMALLEST_ANGLE:.5f}°"
         return f"{words} (90 % of the sizes that these data allow)" if among and parts else words
 
 
@@ -116,10 +116,12 @@ def _degrees(value: float) -> str:
     return quantity(float(np.radians(value)), "rad", 2)
 
 
-def cost_of_ignoring(effect: Effect, sensor: str, sizes: FloatArray) -> Cost:
-    """Cost of ignoring this effect with sizes (p,), in shown units."""
+def cost_of_ignoring(
+    effect: Effect, sensor: str, sizes: FloatArray, variant: float | None = None
+) -> Cost:
+    """Cost of ignoring this effect with sizes (p,), in shown units, and this setting."""
     prices = {ACCELEROMETER: _tilt, GYROSCOPE: _rotation, MAGNETOMETER: _heading}
-    return prices[sensor](effect, sizes)
+    return prices[sensor](effect, sizes, variant)
 
 
 def session_of(sensor: str) -> Circumstances:
@@ -152,18 +154,18 @@ def left_by_rotations(rate: FloatArray, error: FloatArray) -> FloatArray:
     return np.asarray(left - rate @ gains, np.float64)
 
 
-def _tilt(effect: Effect, sizes: FloatArray) -> Cost:
+def _tilt(effect: Effect, sizes: FloatArray, variant: float | None) -> Cost:
     c = session_poses()
-    left = left_by_magnitude(c.force, effect.error(ACCELEROMETER, c, sizes))
+    left = left_by_magnitude(c.force, effect.error(ACCELEROMETER, c, sizes, variant))
     up = c.force / np.linalg.norm(c.force, axis=1, keepdims=True)
     across = left - up * (left * up).sum(axis=1, keepdims=True)
     tilt = np.degrees(np.linalg.norm(across, axis=1) / c.gravity)
     return Cost(tilt_rms=root_mean_square(tilt), tilt_worst=float(tilt.max()))
 
 
-def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
+def _rotation(effect: Effect, sizes: FloatArray, variant: float | None) -> Cost:
     c = session_rotations()
-    left = left_by_rotations(c.rate, effect.error(GYROSCOPE, c, sizes))
+    left = left_by_rotations(c.rate, effect.error(GYROSCOPE, c, sizes, variant))
     size, speed = np.linalg.norm(left, axis=1), np.linalg.norm(c.rate, axis=1)
     moving = speed > 0.0
     turn = 360.0 * size[moving] / speed[moving]
@@ -174,10 +176,10 @@ def _rotation(effect: Effect, sizes: FloatArray) -> Cost:
     )
 
 
-def _heading(effect: Effect, sizes: FloatArray) -> Cost:
+def _heading(effect: Effect, sizes: FloatArray, variant: float | None) -> Cost:
     c, unit = session_poses(), effect.field_unit
     c = replace(c, magnetic=unit.size * c.magnetic, field_unit=unit)
-    left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes))
+    left = left_by_magnitude(c.magnetic, effect.error(MAGNETOMETER, c, sizes, variant))
     east = np.cross(c.magnetic, c.force)
     east /= np.linalg.norm(east, axis=1, keepdims=True)
     turned = np.degrees((left * east).sum(axis=1) / (unit.size * FIELD * np.cos(DIP)))

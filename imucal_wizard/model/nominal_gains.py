@@ -104,7 +104,7 @@ def least_identifiable(
     candidates = [index for index in range(9) if index in free]
     if not candidates:
         return None
-    # cross-axis gains go before scales: a scale is what the rotations were made for
+    # of equally uncertain ones a cross-axis gain: the rotations are made to determine the scales
     worst = max(candidates, key=lambda index: (share[index], index not in nominal.scales))
     return worst if share[worst] > CARRIED_SHARE else None
 

@@ -104,7 +104,7 @@ def inputs(sensor: str, c: Circumstances) -> str | None:
 
 
 def previous_poses(c: Circumstances) -> str | None:
-    """Whether the poses before are known and differ."""
+    """Whether the pose before is known of two holds at least, and is not always the same."""
     known = c.previous[np.isfinite(c.previous).all(axis=1)]
     if len(known) < 2 or float(np.ptp(known, axis=0).max()) < 0.1 * c.gravity:
         return "no pose was reached from different sides; take the same poses in another order"

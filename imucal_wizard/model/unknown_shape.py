@@ -47,7 +47,8 @@ from imucal_wizard.model.effect import (
 
 NAME = "unknown-shape"
 LENGTHS = (0.1, 0.2, 0.4, 0.8)
-"""Over which the curve changes, in halves of its range. A shorter one lies between two poses."""
+"""Over which the curve changes, in halves of its range. Poses of a session are no closer together,
+and show nothing of a change over less."""
 SIZES = (0.03, 0.1, 0.3, 1.0, 3.0, 10.0)
 """Of the curve before its straight part is taken away, in ``UNIT``: a tactical part's to a bad
 one's."""
@@ -57,11 +58,11 @@ USUAL_SETTING = SETTINGS.index((0.4, 1.0))
 NODES: FloatArray = np.linspace(-1.0, 1.0, 21)
 """Places at which the process is written, a shortest length apart."""
 TEMPERATURE_REACH = 20.0
-"""From the session's mean to the end of the range, °C."""
+"""From the session's mean to the end of the range, °C, at least: a session may reach further."""
 RATE_REACH = 250.0
-"""End of the range of a rate, °/s: the smallest usual range of a gyroscope ends there."""
+"""End of the range of a rate, °/s, at least: the smallest usual range of a gyroscope ends there."""
 CURRENT_REACH = {"A": 15.0, "%": 50.0}
-"""Half the range of a current or a throttle, which begins at 0."""
+"""Half the range of a current or a throttle, at least; it begins at 0."""
 UNIT = {
     ACCELEROMETER: Size("mg", MILLI_G, 1.0),
     GYROSCOPE: Size("°/s", DEGREE, 0.03),
@@ -142,6 +143,10 @@ class UnknownShape(Effect):
         against: what ``u`` is: ``input`` for what the axis measures, ``force`` for one component of
             it, ``time``, ``temperature`` or ``current``.
         felt: the component of the force.
+
+    Attributes:
+        reach: of a temperature, °C, a rate, °/s, or a current, from the middle of the range to
+            either end, where a session goes beyond the usual one; else None.
     """
 
     free = True
@@ -160,15 +165,42 @@ class UnknownShape(Effect):
         self.equation = f"ε_{self.letter} = f({over}), f smooth"
         self.stories = {sensor: self._story(sensor) for sensor in self.sensors}
         self.units: Mapping[str, Size] = UNIT
+        self.reach: float | None = None
+
+    def reaching(self, reach: float | None) -> "UnknownShape":
+        """The same curve over a range that reaches so far; see ``reach``."""
+        made = copy(self)
+        made.reach = reach
+        return made
 
     def suited(self, c: Circumstances) -> "UnknownShape":
-        """On a magnetometer in the unit of its field."""
+        """Over the range of this session, and on a magnetometer in the unit of its field."""
+        made, reach = self, self._measured(c)
+        if reach > self._reach(c):
+            made = self.reaching(reach)
         if MAGNETOMETER not in self.sensors or c.field_unit.name == "uT":
-            return self
-        made = copy(self)
+            return made
+        made = copy(made)
         made.field_unit = c.field_unit
         made.units = {**UNIT, MAGNETOMETER: UNIT[MAGNETOMETER].of_field(c.field_unit)}
         return made
+
+    def _measured(self, c: Circumstances) -> float:
+        """The reach of these rows; 0 where nothing is measured, or the range is a fixed one."""
+        values = {
+            "temperature": np.abs(warmth(c)),
+            "current": 0.5 * c.current,
+            "input": np.abs(c.rate) / DEGREE,
+        }.get(self.against, np.zeros(0))
+        return float(np.nan_to_num(values).max(initial=0.0))
+
+    def _reach(self, c: Circumstances) -> float:
+        """From the middle of the range of a temperature, a rate or a current to either end."""
+        if self.reach is not None:
+            return self.reach
+        if self.against == "current":
+            return CURRENT_REACH[c.current_unit]
+        return TEMPERATURE_REACH if self.against == "temperature" else RATE_REACH
 
     def over(self, sensor: str) -> str:
         """What it runs over, in words."""
@@ -227,21 +259,21 @@ class UnknownShape(Effect):
     def place(self, sensor: str, c: Circumstances) -> FloatArray:
         """Where in the range of the curve each row lies, −1 to 1, shape (n,).
 
-        The range of a force is 1 g to either side, of a field its strength, of a rate
-        ``RATE_REACH``, of the time the session, of the temperature ``TEMPERATURE_REACH`` about the
-        session's mean.
+        The range of a force is 1 g to either side, of a field its strength, of the time the
+        session. That of a rate, a temperature (about the session's mean) and a current is the
+        usual one, or that of the session where it reaches further.
         """
         if self.against == "time":
             return c.time / max(c.reference_time, 1e-9) - 1.0
         if self.against == "temperature":
-            return warmth(c) / TEMPERATURE_REACH
+            return warmth(c) / self._reach(c)
         if self.against == "current":
-            return c.current / CURRENT_REACH[c.current_unit] - 1.0
+            return c.current / self._reach(c) - 1.0
         name = "force" if self.felt is not None else INPUT_OF[sensor]
         values: FloatArray = getattr(c, name)
         own = values[:, self.axis if self.felt is None else self.felt]
         if name == "rate":
-            return own / (RATE_REACH * DEGREE)
+            return own / (self._reach(c) * DEGREE)
         whole = c.gravity if name == "force" else np.linalg.norm(values, axis=1)
         return np.asarray(own / np.maximum(whole, 1e-12))
 
@@ -250,13 +282,12 @@ class UnknownShape(Effect):
         if self.against == "time":
             return Range(c.reference_time / 60.0, c.reference_time / 60.0, "min")
         if self.against == "temperature":
-            return Range(c.reference_temperature, TEMPERATURE_REACH, "°C")
+            return Range(c.reference_temperature, self._reach(c), "°C")
         if self.against == "current":
-            half = CURRENT_REACH[c.current_unit]
-            return Range(half, half, c.current_unit)
+            return Range(self._reach(c), self._reach(c), c.current_unit)
         name = "force" if self.felt is not None else INPUT_OF[sensor]
         if name == "rate":
-            return Range(0.0, RATE_REACH, "°/s")
+            return Range(0.0, self._reach(c), "°/s")
         if name == "force":
             return Range(0.0, c.gravity / STANDARD_GRAVITY, "g")
         strength = float(np.linalg.norm(c.magnetic, axis=1).mean())

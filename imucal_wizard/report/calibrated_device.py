@@ -156,7 +156,7 @@ class CalibratedDevice:
         """
         self.check_units(units)
         if why := self._misread(measured):
-            return unreadable_recheck(self, why, measured.seconds)
+            return unreadable_recheck(self, why, measured.seconds, "it was not judged")
         sensors = self._judged(measured, units)
         notes = list(self.warnings)
         if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER not in units:
@@ -544,18 +544,21 @@ def recheck_collected(
     return known.recheck(recheck_data(collected, seconds, readings), units)
 
 
-def unreadable_recheck(known: CalibratedDevice, why: str, seconds: float = 0.0) -> Recheck:
+def unreadable_recheck(
+    known: CalibratedDevice,
+    why: str,
+    seconds: float = 0.0,
+    says: str = "x, y and z were not seen",
+) -> Recheck:
     """The result of a recording in which nothing can be judged.
 
     Args:
         known: the calibration.
         why: the reason.
         seconds: duration, s.
+        says: what this means for each sensor.
     """
-    sensors = {
-        name: not_seen(one, known.criteria, "x, y and z were not seen")
-        for name, one in known.sensors.items()
-    }
+    sensors = {name: not_seen(one, known.criteria, says) for name, one in known.sensors.items()}
     return device_verdict(sensors, seconds, [why])
 
 

@@ -24,6 +24,7 @@ from imucal_wizard.estimate.result import unchecked_scale, worse_than_none
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
+from imucal_wizard.model.unknown_shape import UnknownShape
 from imucal_wizard.report.measured import (
     FieldMean,
     HoldMeans,
@@ -70,6 +71,7 @@ class SavedEffect(msgspec.Struct, frozen=True):
         variant: value of its non-linear parameter.
         reference_temperature: °C at which an effect of the temperature is zero.
         reference_time: s after the session's first sample at which a drift is zero.
+        reach: of a free curve, see ``UnknownShape``; None for the usual one.
     """
 
     term: str
@@ -81,6 +83,7 @@ class SavedEffect(msgspec.Struct, frozen=True):
     variant: float | None = None
     reference_temperature: float | None = None
     reference_time: float | None = None
+    reach: float | None = None
 
     def known(self, own: Sequence[Effect] = ()) -> Term:
         """The effect itself.
@@ -105,6 +108,8 @@ class SavedEffect(msgspec.Struct, frozen=True):
                 f"the calibration of the {self.sensor} has the effect {self.term!r} in "
                 f"{self.unit!r}, and this program has it in {' or '.join(units)}: calibrate again"
             )
+        if isinstance(found, UnknownShape):
+            found = found.reaching(self.reach)
         return Term(found, self.variant)
 
 

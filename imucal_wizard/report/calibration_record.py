@@ -13,6 +13,7 @@ from imucal_wizard.core.quantities import finite_or_none, number, unit_sign
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.parameters import covariance_of
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.model.unknown_shape import UnknownShape
 from imucal_wizard.report.calibration_file import (
     CALIBRATION_SCHEMA,
     Calibration,
@@ -57,6 +58,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
                 if where is None
                 else finite_or_none(where.reference_temperature),
                 reference_time=None if where is None else finite_or_none(where.reference_time),
+                reach=term.effect.reach if isinstance(term.effect, UnknownShape) else None,
             )
         )
     repeats, joint = fit.repeatability, covariance_of(fit)

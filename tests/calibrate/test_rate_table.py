@@ -20,7 +20,8 @@ from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.survey import add_by_itself
+from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate import rate_table
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
@@ -309,6 +310,28 @@ def test_intervals_hold_the_truth_and_the_scatter_is_near_the_bound() -> None:
     assert inside >= 95  # of 108 at 95 %: 102.6 ± 2.3
     assert 0.75 < np.sqrt((found.over_bound**2).mean()) < 1.35
     assert found.over_bound.max() < 1.8
+
+
+def test_a_step_that_disagrees_is_called_a_step_of_the_table() -> None:
+    """0.1 rad/s on one axis while the table turns at its seventh rate."""
+    readings, _ = table_recording(BNO055, 31, white=True)
+    series, rates = readings.gyroscope, tuple(DEGREE * one for one in RATES_DEG)
+    assert series is not None
+    report = fit_readings(Readings(NONE, series), FitOptions(rates=rates))
+    bench = Benches(report).bench("gyroscope")
+    assert bench is not None
+    (begin, end), *_ = (
+        bench.rows.span[row]
+        for row in range(len(bench.rows.kind))
+        if bench.rows.place(row).startswith("step 7 ")
+    )
+    during = (series.time > begin) & (series.time < end)
+    spoilt = replace(series, values=series.values + 0.1 * during[:, None] * np.eye(3)[1])
+    wrong = Readings(NONE, spoilt)
+    made = Benches(fit_readings(wrong, FitOptions(rates=rates)), wrong)
+    (said,) = diagnose_benches(made, {}, automatic=False)
+    assert said.verdict is Verdict.DISTURBED
+    assert said.says.startswith("Step 7 of the table explains the misfit")
 
 
 @pytest.mark.study

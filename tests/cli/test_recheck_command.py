@@ -359,15 +359,27 @@ def named(folder: Path, place: Path, device: dict[str, str]) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("columns", "times", "says"),
+    ("columns", "times", "verdict", "says"),
     [
-        (("ax", "ay", "az"), 1.0 / 9.80665, "the accelerations are in g; give g as their unit"),
-        (("gx", "gy", "gz"), 0.5, "the range set in the device is 2 times wider"),
+        (
+            ("ax", "ay", "az"),
+            1.0 / 9.80665,
+            "insufficient",
+            "the accelerations are in g; give g as their unit",
+        ),
+        (("gx", "gy", "gz"), 0.5, "no-go", "the range set in the device is 2 times wider"),
     ],
 )
-def test_readings_in_a_unit_or_range_that_was_stated_wrongly_are_not_judged(
-    run: Run, folder: Path, tmp_path: Path, columns: tuple[str, ...], times: float, says: str
+def test_readings_in_a_unit_or_range_that_was_stated_wrongly_are_told_with_what_explains_them(
+    run: Run,
+    folder: Path,
+    tmp_path: Path,
+    columns: tuple[str, ...],
+    times: float,
+    verdict: str,
+    says: str,
 ) -> None:
+    """Nothing is right where gravity is misread; of a misread gyroscope the error is known."""
     lines = (folder / "today.csv").read_text().splitlines()[1:]
     names = [name.partition("[")[0] for name in lines[0].split(",")]
     table = np.array([line.split(",") for line in lines[1:]], float)
@@ -375,10 +387,13 @@ def test_readings_in_a_unit_or_range_that_was_stated_wrongly_are_not_judged(
     file = tmp_path / "wrong.csv"
     np.savetxt(file, table, delimiter=",", header=lines[0], comments="", fmt="%.7f")
     status, found = run(file=file)
-    assert (status, found["verdict"]) == (1, "insufficient")
+    assert (status, found["verdict"]) == (1, verdict)
     assert found["says"].count(says) == 1
+    assert "not seen" not in found["says"]
+    assert "Calibrate the device again" not in found["says"]
     sensor = "accelerometer" if "ax" in columns else "gyroscope"
     assert found["sensors"][sensor]["moved"] == []
+    assert (found["sensors"][sensor]["error"] is None) == (verdict == "insufficient")
 
 
 def test_one_axis_that_reads_a_third_is_a_fault_and_no_other_range(

@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.next_poses import (
     next_requests,
     separating_poses,
 )
-from imucal_wizard.diagnose.optimal_design import Explained
+from imucal_wizard.diagnose.optimal_design import Explained, one_more_hold
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.model.catalogue import effect
@@ -135,6 +135,17 @@ def test_what_is_unexplained_asks_for_corners_and_for_the_worst_holds_again(
     assert all(pose.brief and pose.why.endswith(pose.brief) for pose in poses), (
         "the screen tells it"
     )
+
+
+def test_a_pose_follows_the_one_that_was_chosen_before_it(bench: Bench) -> None:
+    """An effect of the pose before depends on the poses that are proposed, in their order."""
+    done = bench.measured.circumstances
+    first = one_more_hold(done, (), "+x", warm=True)
+    second = one_more_hold(done, (("+x", True),), "-y", warm=False)
+    assert first.previous == pytest.approx(done.force[-1:])
+    assert second.previous == pytest.approx(first.force)
+    assert second.time > first.time
+    assert second.temperature == pytest.approx(done.temperature[-1:], nan_ok=True)
 
 
 def test_a_complete_model_asks_for_nothing(bench: Bench, findings: BenchFindings) -> None:

@@ -1,10 +1,16 @@
 """A p-value of one per cent is one per cent."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from imucal_wizard.diagnose.posterior import hypothesis_set
+from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.statistics import complement
+from imucal_wizard.diagnose.posterior import explained, hypothesis_set
+from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
+from imucal_wizard.diagnose.suspects import rank
 from tests.diagnose.sessions import session
 
 DRAWS = 250
@@ -40,6 +46,31 @@ def test_under_noise_alone_p_is_uniform(sigma: float, wander: int, excess: float
         allowed = 3.0 * np.sqrt(level * (1.0 - level) / DRAWS)
         assert share < level + allowed + (excess if level > 0.1 else 0.0)
         assert share > level - allowed - 0.1  # noise of unknown size makes p a little too large
+
+
+def first_p(residual: FloatArray, misfit: WhitenedResiduals) -> float:
+    """The p of the first suspect where this is left, shape (n,)."""
+    left = replace(misfit, residual=residual)
+    return rank(left, *explained(left))[0].p
+
+
+def test_noise_between_holds_of_any_size_makes_no_small_p() -> None:
+    """A quiet sensor whose seat scatters by 150 times the noise within its holds.
+
+    An effect as large has a small p all the same.
+    """
+    misfit, _ = session()
+    across, rng = complement(misfit.base), np.random.default_rng(3)
+    found = [
+        first_p(150.0 * (across @ rng.standard_normal(across.shape[1])), misfit) for _ in range(4)
+    ]
+    assert np.median(found) > 0.1
+    assert sum(one < 0.01 for one in found) <= 1
+    bent = next(one for one in misfit.candidates if one.term == "second-order").columns[:, 0]
+    shown = across @ (across.T @ bent)
+    noise = across @ rng.standard_normal(across.shape[1])
+    size = 150.0 * np.sqrt(across.shape[1]) / np.linalg.norm(shown)
+    assert first_p(size * shown + noise, misfit) < 0.003
 
 
 def test_a_simulation_is_made_once_and_always_the_same() -> None:

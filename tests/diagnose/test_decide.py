@@ -2,7 +2,7 @@
 
 import pytest
 
-from imucal_wizard.diagnose.verdict import Evidence, Verdict, decide_verdict
+from imucal_wizard.diagnose.verdict import Evidence, Label, Shares, Verdict, decide_verdict
 from imucal_wizard.estimate.lack_of_fit import LackOfFit
 
 NOISE = LackOfFit(1.0, 0.5)
@@ -35,6 +35,19 @@ def test_each_verdict_has_its_evidence(
 ) -> None:
     """Likely and strong is named; likely and weak is not; rivals are listed; strangers stay so."""
     assert decide_verdict(given) == (verdict, named)
+
+
+def test_what_another_sensor_refutes_keeps_its_place_in_its_family() -> None:
+    """900 in logarithms against each effect alone are beyond the smallest number there is."""
+    alone = [Label("effect", (term,), ("slow-bias",)) for term in ("bias-drift", "warm-up")]
+    both = Label("pair", ("bias-drift", "warm-up"), ("slow-bias", "slow-bias"))
+    before = Shares({alone[0]: 0.5, alone[1]: 0.3, both: 0.2}, {})
+    spoken = {one.terms: -900.0 for one in alone} | {both.terms: 0.0}
+    after = before.heard(spoken, -100.0)
+    family_of = dict.fromkeys(both.terms, "slow-bias")
+    assert after.present()["slow-bias"] == pytest.approx(1.0)
+    assert after.together(family_of, "slow-bias")[both.terms] == pytest.approx(1.0)
+    assert [term for term, _ in after.members(family_of, "slow-bias")] == ["bias-drift", "warm-up"]
 
 
 def test_structure_without_a_name_forbids_every_name() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from imucal_wizard.core.readings import Series
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.floors import Floors, rounding_of
+from imucal_wizard.diagnose.floors import Floors, floors_of, rounding_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted
@@ -87,3 +87,10 @@ def test_without_repeats_nothing_is_said_of_them() -> None:
     once = [k for k in range(len(up)) if not (up[:k] @ up[k] > np.cos(np.radians(15.0))).any()]
     found = floors(refitted(whole, [whole.holds[k] for k in once]))
     assert found.repeats is None
+
+
+def test_the_floor_of_rates_at_rest_is_a_rate(report: FitReport) -> None:
+    """Of a gyroscope that never turned, the errors are those of rates, not of angles."""
+    fit = report.sensors["accelerometer"]
+    for unit, shown in (("rad", "rad/s"), ("rad/s", "rad/s"), ("m/s^2", "m/s^2")):
+        assert floors_of(replace(fit, unit=unit)).unit == shown

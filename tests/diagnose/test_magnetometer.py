@@ -291,3 +291,10 @@ def test_for_counts_in_an_unknown_field_the_sizes_are_in_counts() -> None:
     found = next(p for p in bench.fit.parameters if p.name == "current_x")
     assert found.unit == "µT/A"
     assert found.value == pytest.approx(0.3, rel=0.05)
+
+
+def test_the_scatter_of_a_field_over_six_holds_is_that_of_a_sample() -> None:
+    """Two lengths, each three times: the variance of a sample is 6/5 of the mean square."""
+    lengths = np.array([47.0, 49.0, 47.0, 49.0, 47.0, 49.0])
+    found = judge_field(lengths[:, None] * np.eye(3)[[0, 1, 2, 0, 1, 2]], None, 0.1, 0.0, "uT")
+    assert found.error == pytest.approx(np.sqrt(6.0 / 5.0))

@@ -17,7 +17,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Found
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
-from imucal_wizard.diagnose.effect_text import sizes_of, sizes_text
+from imucal_wizard.diagnose.effect_text import effect_text, sizes_of, sizes_text
 from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.survey import (
     diagnose_benches,
@@ -442,8 +442,24 @@ def test_new_poses_that_err_more_than_what_was_held_out_are_told() -> None:
     assert said.verdict is Verdict.COMPLETE
     assert "On your 4 new poses" in said.says
     assert "Measure them again" in said.says
+    assert "may lack" not in said.says
     same = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert "new poses" not in same.says
+
+
+def test_new_poses_in_directions_that_the_fit_lacks_may_show_what_the_model_lacks() -> None:
+    """Faces and edges are blind to a cross product of all three axes; the corners are not."""
+    every, readings = fitted("cross-product:6:xyz", poses="26")
+    corner = [bool((np.abs(one.accelerometer) > 0.4 * every.gravity).all()) for one in every.holds]
+    fit_on = [one for one, new in zip(every.holds, corner, strict=True) if not new]
+    report = refitted(every, fit_on, readings)
+    new = tuple(one for one, new in zip(every.holds, corner, strict=True) if new)
+    said = diagnose_benches(Benches(replace(report, validation=new)), {}, automatic=False)[0]
+    assert said.verdict is Verdict.COMPLETE
+    assert said.says.startswith("The model is complete for the poses of the fit, not for the new")
+    assert "On your 8 new poses" in said.says
+    assert "the model may lack what the poses of the fit do not show" in said.says
+    assert "Fit all samples of the session together" in said.says
 
 
 def test_new_poses_are_judged_by_the_model_with_its_effects() -> None:
@@ -475,6 +491,23 @@ def test_too_few_directions_to_predict_one_are_told() -> None:
     changed = replace(report, sensors={**report.sensors, "accelerometer": few})
     said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
     assert "These directions are too few to predict one that is left out" in said.says
+    noise = replace(few, floor=6.0 * fit.rms_fitted)
+    changed = replace(report, sensors={**report.sensors, "accelerometer": noise})
+    said = diagnose_benches(Benches(changed, readings), {}, automatic=False)[0]
+    assert "too few" not in said.says
+
+
+def test_what_keeps_a_gyroscope_waiting_is_the_verdict_on_the_accelerometer() -> None:
+    _, said = diagnose_benches(benches("second-order:5:x", rotations=3), {}, automatic=False)
+    assert (said.verdict, said.waits_for) == (Verdict.WAITING, Verdict.MISSING)
+    assert "Complete the accelerometer first." in said.says
+    for verdict, first in (
+        (Verdict.NOT_REPEATABLE, "Find what differs there first."),
+        (Verdict.DISTURBED, "Measure that part again first."),
+    ):
+        other = verdict_text(replace(said, waits_for=verdict))
+        assert first in other
+        assert "omplete the accelerometer" not in other
 
 
 def test_circles_that_do_not_show_the_soft_iron_prove_nothing_about_it() -> None:
@@ -504,6 +537,19 @@ def test_a_hold_that_stands_out_is_told_with_a_verdict_that_does_not_explain_it(
     said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
     assert said.verdict is Verdict.DISTURBED
     assert "does not agree with the others" not in said.says
+
+
+def test_beside_a_name_a_hold_is_accused_only_if_the_others_then_agree() -> None:
+    """A hold that moved by 3 mg beside a bent axis; a bias that changes over several holds."""
+    report, _ = fitted("second-order:5:x", poses="26+repeats", seed=5)
+    spoilt = moved(report, lambda k, hold: along(hold, 3.0 * MG if k == 9 else 0.0))
+    said = diagnose_benches(Benches(spoilt), {}, automatic=False)[0]
+    assert (said.verdict, said.disturbed_holds) == (Verdict.MISSING, (9,))
+    report, _ = fitted(poses="26+repeats", seed=5)
+    turned = moved(report, lambda k, _: 10.0 * MG * np.tanh((k - 18.3) / 1.3) * np.eye(3)[0])
+    said = diagnose_benches(Benches(turned), {}, automatic=False)[0]
+    assert (said.verdict, said.disturbed_holds) == (Verdict.MISSING, ())
+    assert "with all the rest beside this" not in said.says
 
 
 def test_the_earth_does_not_turn_ten_times_faster() -> None:
@@ -583,6 +629,23 @@ def test_what_an_added_effect_leaves_is_said_of_the_present_model() -> None:
     assert bench is not None
     left = bench.look().opinion.lack.ratio
     assert f"the residuals are {left:.3g} times" in said.says
+
+
+def test_the_cost_that_is_told_is_that_of_the_setting_in_the_model() -> None:
+    """A step counts at the same share of the ordinary session as of the one measured."""
+    for name, setting in (("warm-up", 40.0), ("bias-step", None)):
+        made = benches(f"{name}:5:x")
+        bench, sensor = made.accelerometer, "accelerometer"
+        bench.add(name, setting)
+        (sizes,), (term,) = bench.fit.sizes, bench.fit.terms
+        assert term.variant is not None
+        ordinary = setting or 600.0 * term.variant / bench.measured.circumstances.reference_time
+        cost = cost_of_ignoring(effect(name), sensor, sizes, ordinary).tilt_rms
+        assert cost is not None
+        told = f"the up direction wrong by {quantity(math.radians(cost), 'rad', 2)} rms"
+        assert told in " ".join(effect_text(diagnosis_of(made, bench), bench, name))
+        if name == "warm-up":
+            assert cost != cost_of_ignoring(effect(name), sensor, sizes).tilt_rms
 
 
 def test_sizes_that_are_known_only_together_are_not_left_out() -> None:

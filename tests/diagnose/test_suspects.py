@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from imucal_wizard.diagnose.effect_text import seen_from
 from imucal_wizard.diagnose.posterior import hypothesis_set
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
 from imucal_wizard.diagnose.suspects import Suspect, rank
@@ -39,6 +40,12 @@ def test_a_product_that_no_pose_shows_is_visible_at_no_size() -> None:
     assert suspect.candidate is not None
     sizes = dict(zip(suspect.candidate.names, suspect.detectable, strict=True))
     assert {name for name, size in sizes.items() if np.isinf(size)} == {"xyz", "yxz", "zxy"}
+
+
+def test_beyond_usual_sizes_nothing_is_said() -> None:
+    """Five times a thermal lag of 30 s is within the noise here; larger ones are not tried."""
+    suspect = ranked(session(design="18", louder=20.0)[0])["thermal-lag"]
+    assert seen_from(suspect) == "shown at no size that a sensor usually has (up to 150 s)"
 
 
 def test_an_undetectable_effect_is_never_named() -> None:

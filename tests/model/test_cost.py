@@ -46,6 +46,24 @@ def test_a_turn_at_fifty_degrees_per_second_gathers_g_sensitivity_for_seven_seco
     assert price.tilt_rms is None
 
 
+@pytest.mark.parametrize("time_constant", [180.0, 1200.0])
+def test_the_cost_is_that_of_the_setting(time_constant: float) -> None:
+    """A warm-up of 5 mg on x: what is left of its course after the base model tilts gravity."""
+    c = session_poses()
+    course = 5e-3 * c.gravity * np.exp(-c.time / time_constant)
+    left = left_by_magnitude(c.force, course[:, None] * np.eye(3)[0])
+    up = c.force / c.gravity
+    across = left - up * (left * up).sum(axis=1, keepdims=True)
+    tilt = math.degrees(math.sqrt((across**2).sum(axis=1).mean())) / c.gravity
+    price = cost_of_ignoring(effect("warm-up"), "accelerometer", on_x(5.0), time_constant)
+    assert price.tilt_rms == pytest.approx(tilt, rel=1e-6)
+
+
+def test_a_cost_too_small_to_state_is_not_called_none() -> None:
+    price = cost_of_ignoring(effect("second-order"), "accelerometer", on_x(1e-4))
+    assert price.words() == "less than 0.00005°"
+
+
 def test_what_the_base_can_explain_costs_nothing() -> None:
     """A bias and a scale error of the accelerometer; a bias and any gain of the gyroscope."""
     c = session_poses()

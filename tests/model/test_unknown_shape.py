@@ -1,5 +1,8 @@
 """The free curve: its prior in closed form, and what of it bias and scale leave."""
 
+from dataclasses import replace
+
+import msgspec
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.unknown_shape import NODES, SETTINGS, UnknownShape
+from imucal_wizard.report.calibration_file import SavedEffect
 
 LENGTHS_AND_SIZES = [(0.1, 0.3), (0.4, 3.0)]
 
@@ -49,6 +53,43 @@ def test_the_sum_of_squares_of_the_coefficients_is_the_mean_square() -> None:
     values = found.error("accelerometer", held(NODES), sizes, 8.0) / (1e-3 * STANDARD_GRAVITY)
     assert np.mean(values[:, 0] ** 2) == pytest.approx(sizes @ sizes)
     assert not values[:, 1:].any()
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("x-temperature", 40.0), ("x", 1800.0), ("x-current", 30.0)]
+)
+def test_the_range_reaches_as_far_as_the_session(name: str, most: float) -> None:
+    """A chamber from −20 to 60 °C, a table at 1,800 °/s, motors of 60 A."""
+    places = np.linspace(-1.0, 1.0, 9)
+    c = replace(
+        held(np.zeros(9)),
+        temperature=20.0 + 40.0 * places,
+        rate=np.radians(1800.0) * places[:, None] * np.eye(3)[0],
+        current=30.0 + 30.0 * places,
+        reference_temperature=20.0,
+    )
+    sensor = (
+        "gyroscope" if name == "x" else "magnetometer" if "current" in name else "accelerometer"
+    )
+    found = curve(f"unknown-shape/{name}").suited(c)
+    assert found.reach == pytest.approx(most)
+    assert found.range(sensor, c).reach == pytest.approx(most)
+    assert found.place(sensor, c) == pytest.approx(places)
+    calm = replace(c, temperature=np.full(9, 20.0), rate=0.1 * c.rate, current=0.1 * c.current)
+    assert found.place(sensor, calm) == pytest.approx(
+        curve(found.name).reaching(most).place(sensor, calm)
+    )
+    assert curve(found.name).suited(calm).reach is None
+
+
+def test_a_calibration_keeps_how_far_its_curve_reaches() -> None:
+    """One of an earlier version does not state it: its curves have the usual range."""
+    name, parameters = "unknown-shape/x-temperature", [f"x{k}" for k in range(1, 21)]
+    saved = SavedEffect(name, "accelerometer", "", parameters, [0.0] * 20, "mg", 3.0, 20.0, 300.0)
+    for one, reach in ((saved, 20.0), (msgspec.structs.replace(saved, reach=40.0), 40.0)):
+        again = msgspec.json.decode(msgspec.json.encode(one), type=SavedEffect).known().effect
+        assert isinstance(again, UnknownShape)
+        assert again.range("accelerometer", held(np.zeros(2))).reach == reach
 
 
 def test_beyond_the_range_the_curve_keeps_its_last_value() -> None:

@@ -158,6 +158,25 @@ def test_the_misfit_curve_is_what_the_suspect_leaves_after_the_base(
     assert np.abs(drawn.predicted).max() > 10.0 * drawn.error.max()
 
 
+def test_the_curve_of_rows_that_share_noise_is_that_of_the_measured_rows(sagged: Benches) -> None:
+    """Rotations share the directions of their holds: the whitening is taken back as a whole."""
+    bench = sagged.bench("gyroscope")
+    assert bench is not None
+    findings = bench.look()
+    misfit, suspect = findings.misfit, findings.suspects[0]
+    assert suspect.candidate is not None
+    turn = next(view for view in views_of(bench.fit) if view.part == "rotations")
+    drawn = misfit_curve(findings, turn, suspect)
+    wider = np.column_stack([misfit.base, suspect.candidate.columns])
+    with_it, without = (
+        columns @ np.linalg.lstsq(columns, misfit.residual, rcond=None)[0]
+        for columns in (wider, misfit.base)
+    )
+    taken = np.degrees(misfit.measured(with_it - without))[misfit.table.moving]
+    assert drawn.predicted is not None
+    assert (drawn.predicted**2).sum() == pytest.approx((taken**2).sum(), rel=1e-6)
+
+
 @pytest.mark.parametrize("axis", "xyz")
 def test_the_first_picture_is_the_one_along_which_the_misfit_runs(axis: str) -> None:
     """Whatever the axis of the effect; no shape of the program's own effects is used."""
