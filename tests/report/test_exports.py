@@ -216,6 +216,29 @@ def test_a_symmetric_magnetometer_loses_its_alignment_and_says_so(
     assert f"{angle:.2f}°" in lost[0]
 
 
+@pytest.mark.parametrize("mirrored", [1.0, -1.0])
+def test_a_magnetometer_fitted_again_without_its_drift_stays_turned_as_it_was(
+    mirrored: float, tmp_path: Path
+) -> None:
+    made = calibration(felt=False)
+    matrix = mirrored * MOUNTED @ IRON
+    drift = SavedEffect("bias-drift", "magnetometer", "", ["x", "y", "z"], [0.01] * 3, "µT/min")
+    sensor = msgspec.structs.replace(
+        made["magnetometer"],
+        matrix=matrix.tolist(),
+        effects=[drift],
+        model=["bias", "soft-iron", "misalignment", "bias-drift"],
+    )
+    made = msgspec.structs.replace(made, sensors={**made.sensors, "magnetometer": sensor})
+    done = write_export(made, "numpy", tmp_path / "a.npz")
+    assert "bias-drift of the magnetometer" in done.cannot_hold
+    assert any("its rotation to the accelerometer is kept" in text for text in done.notes)
+    with np.load(tmp_path / "a.npz") as arrays:
+        np.testing.assert_allclose(arrays["magnetometer_matrix"], matrix, atol=1e-9)
+    done = write_export(made, "adafruit", tmp_path / "a.json")
+    assert any("alignment of the magnetometer" in text for text in done.cannot_hold)
+
+
 def test_motioncals_packet_is_the_one_that_its_firmware_takes() -> None:
     """A packet of the wire format's description, with its checksum."""
     packet = bytes.fromhex(
