@@ -22,6 +22,7 @@ from imucal_wizard.core.quantities import (
     fixed,
     limits_text,
     number,
+    plural,
     quantity,
     readable,
     true_minus,
@@ -31,6 +32,8 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.distributions import quantile
+from imucal_wizard.estimate.methods import methods_of
+from imucal_wizard.estimate.result import beyond_limit, uncalibrated
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.calibration_file import Calibration, SavedRung, Sensor, Value
 from imucal_wizard.report.certificate_history import item_history
@@ -104,7 +107,7 @@ def certificate(
         lacking=[name for name in calibration.sensors if name not in figures],
         noise=[] if noise is None else _noise(noise),
         history=item_history(history, calibration),
-        measured=_measured(calibration),
+        **_method(calibration),
         gravity_share=None if place is None else number(1e6 * GRAVITY_ANOMALY / place.gravity, 2),
         warnings=calibration.warnings,
         identification=_identification(calibration, path, digest),
@@ -216,7 +219,7 @@ def _gravity_note(calibration: Calibration, place: Location | None) -> str:
     used = calibration.gravity.value
     if place is None:
         note = (
-            "Local gravity differs from standard gravity by up to 0.3 %; it adds the same relative "
+            "Local gravity differs from standard gravity by up to 0.5 %; it adds the same relative "
             "error to all sensitivities of the accelerometer."
         )
         return note if used == STANDARD_GRAVITY else ""
@@ -250,7 +253,7 @@ def _summary_notes(calibration: Calibration) -> list[str]:
     notes: dict[str, list[str]] = {}
     for name, sensor in calibration.sensors.items():
         before = sensor.as_found
-        by = "the nominal conversion alone, without any calibration"
+        by = uncalibrated(sensor.bias_unit)
         if before is not None:
             by = f"the calibration {before.by} of {_date(before.created)}"
         notes.setdefault(f"As found: these readings corrected by {by}", []).append(name)
@@ -265,8 +268,9 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
     freedom, factor = sensor.degrees_of_freedom, _coverage_factor(sensor)
     degrees = "normal distribution: the file states no degrees of freedom"
     if freedom:
-        count = f"more than {MAX_DEGREES}" if freedom > MAX_DEGREES else str(freedom)
-        degrees = f"Student's t, {count} degrees of freedom"
+        count = plural(min(freedom, MAX_DEGREES), "degree")
+        more = "more than " if freedom > MAX_DEGREES else ""
+        degrees = f"Student's t, {more}{count} of freedom"
     rows = [_parameter_row(p, v, sensor) for p, v in sensor.parameters.items()]
     if not any(row[-1] for row in rows):
         rows = [row[:-1] for row in rows]
@@ -336,8 +340,9 @@ def _graded(sensor: Sensor) -> dict[str, str]:
     if sensor.verdict:
         words = f"The verdict on the model is “{sensor.verdict}”."
     if sensor.limit is not None:
-        within = "within" if sensor.error_as_left <= sensor.limit else "above"
-        words += f" The error as left is {within} the limit of use."
+        limits = sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit
+        beyond = beyond_limit(*limits) or "the error is within the limit of use"
+        words += f" {beyond[0].upper()}{beyond[1:]}."
     return {"grade": grade.word, "grade_class": str(grade), "why": words}
 
 
@@ -445,9 +450,86 @@ def _noise(document: Mapping[str, Any]) -> list[dict[str, Any]]:
                 curves[axis] = deviation * factor
         title = f"Allan deviation of the {name}"
         figure = allan_figure(f"allan-{name}", title, taus, curves, unit) if curves else None
-        rows = coefficient_rows(sensor)
+        rows = coefficient_rows(sensor) if sensor["axes"] else []
         found.append({"title": name.capitalize(), "rows": rows, "figure": figure})
     return found
+
+
+def _method(calibration: Calibration) -> dict[str, Any]:
+    """The method as far as the file shows it, which decides what sentences are printed."""
+    sensors = calibration.sensors
+    published = {name: one.method for name, one in sensors.items() if _is_published(name, one)}
+    references = {name: " and ".join(_references(name, one)) for name, one in sensors.items()}
+    return {
+        "measured": _measured(calibration),
+        "references": {name: text for name, text in references.items() if text},
+        "traced": list(dict.fromkeys(t for n, one in sensors.items() for t in _traced(n, one))),
+        "published": published,
+        "fitted": [name for name in sensors if name not in published],
+        "errors": {name: _ERRORS.get(name, "") or _closure(one) for name, one in sensors.items()},
+        "held_out": any(one.rms_held_out is not None for one in sensors.values()),
+        "could_be": any(one.could_be is not None for one in sensors.values()),
+        "verdicts": any(one.verdict for one in sensors.values()),
+        "grades": any(one.grade in list(Grade) for one in sensors.values()),
+        "slow_noise": {
+            name: one.slow_noise_measured
+            for name, one in sensors.items()
+            if one.slow_noise_measured is not None
+        },
+    }
+
+
+_ERRORS = {
+    "accelerometer": "that of the magnitude of gravity",
+    "magnetometer": "that of the magnitude of the field",
+}
+
+
+def _closure(gyroscope: Sensor) -> str:
+    """What the error of a gyroscope is."""
+    if gyroscope.unit == "rad/s":
+        return "that of the rates at rest"
+    if gyroscope.frame == "own":
+        return "that of the angle of each step of the rate table"
+    return "the angle by which a rotation does not close against gravity"
+
+
+def _is_published(name: str, sensor: Sensor) -> bool:
+    return sensor.method in methods_of(name)
+
+
+def _references(name: str, sensor: Sensor) -> list[str]:
+    """By what a sensor was calibrated; nothing of a published method of the gyroscope."""
+    if name == "accelerometer":
+        return ["The magnitude of gravity at the place"]
+    if name == "magnetometer":
+        stated = "The stated magnitude of the field" if _field_stated(sensor) else ""
+        return [stated or "The magnitude of the field, the same in all orientations,"]
+    if _is_published(name, sensor):
+        return []
+    found = (
+        [] if sensor.frame == "own" else ["the direction of gravity before and after a rotation"]
+    )
+    if sensor.method.endswith("+ field"):
+        found.append("that of the Earth’s field")
+    if sensor.method.endswith("table"):
+        found.append("the stated rate or angle of each step of the rate table")
+    return [found[0][0].upper() + found[0][1:], *found[1:]]
+
+
+def _traced(name: str, sensor: Sensor) -> list[str]:
+    """What the scale of a sensor rests on."""
+    if name == "accelerometer":
+        return ["the stated gravity"]
+    if name == "magnetometer":
+        return ["the stated magnitude of the field"] * _field_stated(sensor)
+    table = ["the stated rates or angles of the rate table"] * sensor.method.endswith("table")
+    return [*table, "the clock"]
+
+
+def _field_stated(magnetometer: Sensor) -> bool:
+    """Whether the user has stated the size of the field; else it is among the parameters."""
+    return bool(magnetometer.parameters) and "field" not in magnetometer.parameters
 
 
 def _measured(calibration: Calibration) -> str:
@@ -456,7 +538,7 @@ def _measured(calibration: Calibration) -> str:
         "orientations at rest": calibration.holds,
         "rotations between them": calibration.rotations if calibration.holds else 0,
         "steps or turns of a rate table": sum(bool(one.angle) for one in calibration.table_means),
-        "readings of the magnetic field": len(calibration.field_means),
+        "means of readings of the magnetic field kept in the file": len(calibration.field_means),
     }
     counted = [f"{count} {what}" for what, count in counts.items() if count]
     return ", ".join(counted) or "the recording named above"

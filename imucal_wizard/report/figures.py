@@ -46,6 +46,7 @@ class _Axis:
     start: float
     end: float
     logarithmic: bool = False
+    whole: bool = False
 
     def at(self, value: float) -> float:
         low, high = self.low, self.high
@@ -57,7 +58,7 @@ class _Axis:
         if self.logarithmic:
             first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
             return [10.0**power for power in range(first, last + 1)]
-        rough = (self.high - self.low) / MAX_TICKS
+        rough = max((self.high - self.low) / MAX_TICKS, float(self.whole))
         power = 10.0 ** math.floor(math.log10(rough))
         step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * 0.999)
         count = math.ceil(self.low / step)
@@ -128,7 +129,7 @@ def residual_figure(
     near = limit is not None and limit < MAX_BAND_RATIO * reach
     reach = 1.12 * max(reach, limit if near and limit is not None else 0.0)
     signed = bool((values < 0.0).any())
-    x = _Axis(0.4, len(values) + 0.6, _LEFT, WIDTH - _RIGHT)
+    x = _Axis(0.4, len(values) + 0.6, _LEFT, WIDTH - _RIGHT, whole=True)
     y = _Axis(-reach if signed else 0.0, reach, HEIGHT - _BOTTOM, _TOP)
     parts = _frame(x, y, x_label, f"error in {unit}")
     zero = y.at(0.0)
