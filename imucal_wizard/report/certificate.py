@@ -29,6 +29,7 @@ from imucal_wizard.core.quantities import (
     unit_sign,
     value_and_error,
 )
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.distributions import quantile
@@ -455,18 +456,28 @@ def _noise(document: Mapping[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
+@dataclass(frozen=True)
+class _Basis:
+    """By what a sensor was calibrated, what its scale rests on, and what its error is."""
+
+    references: list[str]
+    traced: list[str]
+    error: str
+
+
 def _method(calibration: Calibration) -> dict[str, Any]:
     """The method as far as the file shows it, which decides what sentences are printed."""
     sensors = calibration.sensors
-    published = {name: one.method for name, one in sensors.items() if _is_published(name, one)}
-    references = {name: " and ".join(_references(name, one)) for name, one in sensors.items()}
+    published = {n: one.method for n, one in sensors.items() if one.method in methods_of(n)}
+    basis = {name: _BASIS[name](one) for name, one in sensors.items()}
+    references = {name: " and ".join(one.references) for name, one in basis.items()}
     return {
         "measured": _measured(calibration),
         "references": {name: text for name, text in references.items() if text},
-        "traced": list(dict.fromkeys(t for n, one in sensors.items() for t in _traced(n, one))),
+        "traced": list(dict.fromkeys(text for one in basis.values() for text in one.traced)),
         "published": published,
         "fitted": [name for name in sensors if name not in published],
-        "errors": {name: _ERRORS.get(name, "") or _closure(one) for name, one in sensors.items()},
+        "errors": {name: one.error for name, one in basis.items()},
         "held_out": any(one.rms_held_out is not None for one in sensors.values()),
         "could_be": any(one.could_be is not None for one in sensors.values()),
         "verdicts": any(one.verdict for one in sensors.values()),
@@ -479,57 +490,42 @@ def _method(calibration: Calibration) -> dict[str, Any]:
     }
 
 
-_ERRORS = {
-    "accelerometer": "that of the magnitude of gravity",
-    "magnetometer": "that of the magnitude of the field",
-}
+def _by_gravity(sensor: Sensor) -> _Basis:
+    del sensor  # all methods of an accelerometer have one reference
+    reference = "The magnitude of gravity at the place"
+    return _Basis([reference], ["the stated gravity"], "that of the magnitude of gravity")
 
 
-def _closure(gyroscope: Sensor) -> str:
-    """What the error of a gyroscope is."""
-    if gyroscope.unit == "rad/s":
-        return "that of the rates at rest"
-    if gyroscope.frame == "own":
-        return "that of the angle of each step of the rate table"
-    return "the angle by which a rotation does not close against gravity"
+def _by_field(sensor: Sensor) -> _Basis:
+    """The size of a field that nobody has stated is among the parameters."""
+    error = "that of the magnitude of the field"
+    if "field" in sensor.parameters or not sensor.parameters:
+        return _Basis(["The magnitude of the field, the same in all orientations,"], [], error)
+    stated = "the stated magnitude of the field"
+    return _Basis([stated.capitalize()], [stated], error)
 
 
-def _is_published(name: str, sensor: Sensor) -> bool:
-    return sensor.method in methods_of(name)
-
-
-def _references(name: str, sensor: Sensor) -> list[str]:
-    """By what a sensor was calibrated; nothing of a published method of the gyroscope."""
-    if name == "accelerometer":
-        return ["The magnitude of gravity at the place"]
-    if name == "magnetometer":
-        stated = "The stated magnitude of the field" if _field_stated(sensor) else ""
-        return [stated or "The magnitude of the field, the same in all orientations,"]
-    if _is_published(name, sensor):
-        return []
-    found = (
-        [] if sensor.frame == "own" else ["the direction of gravity before and after a rotation"]
-    )
+def _by_rotations(sensor: Sensor) -> _Basis:
+    """Of a published method only the error is known."""
+    error = "the angle by which a rotation does not close against gravity"
+    if sensor.unit == "rad/s":
+        error = "that of the rates at rest"
+    elif sensor.frame == "own":
+        error = "that of the angle of each step of the rate table"
+    if sensor.method in methods_of("gyroscope"):
+        return _Basis([], ["the clock"], error)
+    found, traced = [], ["the clock"]
+    if sensor.frame != "own":
+        found.append("the direction of gravity before and after a rotation")
     if sensor.method.endswith("+ field"):
         found.append("that of the Earth’s field")
     if sensor.method.endswith("table"):
         found.append("the stated rate or angle of each step of the rate table")
-    return [found[0][0].upper() + found[0][1:], *found[1:]]
+        traced.insert(0, "the stated rates or angles of the rate table")
+    return _Basis([found[0][0].upper() + found[0][1:], *found[1:]], traced, error)
 
 
-def _traced(name: str, sensor: Sensor) -> list[str]:
-    """What the scale of a sensor rests on."""
-    if name == "accelerometer":
-        return ["the stated gravity"]
-    if name == "magnetometer":
-        return ["the stated magnitude of the field"] * _field_stated(sensor)
-    table = ["the stated rates or angles of the rate table"] * sensor.method.endswith("table")
-    return [*table, "the clock"]
-
-
-def _field_stated(magnetometer: Sensor) -> bool:
-    """Whether the user has stated the size of the field; else it is among the parameters."""
-    return bool(magnetometer.parameters) and "field" not in magnetometer.parameters
+_BASIS = {"accelerometer": _by_gravity, "gyroscope": _by_rotations, "magnetometer": _by_field}
 
 
 def _measured(calibration: Calibration) -> str:

@@ -88,7 +88,7 @@ def reduced(
         gone = [one.term for one in sensor.effects if one.term not in fewer.model]
         lost += [f"{term} of the {name}" for term in gone]
         without = ", ".join(kept.lost_base(sensor) + gone)
-        turned = name == "magnetometer" and fewer.frame == "accelerometer"
+        turned = "misalignment" in fewer.model
         how = "; its rotation to the accelerometer is kept" if turned else ""
         again.append(f"{name}: fitted again without {without}{how}")
     if not sensors:

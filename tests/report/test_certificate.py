@@ -199,7 +199,12 @@ def test_the_method_is_told_as_far_as_the_file_shows_it(tmp_path: Path) -> None:
     for words in (fitted, "left out of the fit one at a time", "a test at 1 %"):
         assert words in said
     assert "by hand" not in said
-    bare = {"rms_held_out": None, "held_out_interval": None, "verdict": None, "grade": None}
+    bare: dict[str, object] = {
+        "rms_held_out": None,
+        "held_out_interval": None,
+        "verdict": None,
+        "grade": None,
+    }
     bare |= {"could_be": None, "degrees_of_freedom": 1}
     made = changed("accelerometer", method="six-position", **bare)
     said = Visible(reported(tmp_path, made)).text
