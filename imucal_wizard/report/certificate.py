@@ -416,9 +416,9 @@ def _figures(calibration: Calibration, effects: Sequence[Effect]) -> dict[str, F
             "number of the rotation",
         ),
         "magnetometer": (
-            "Error of the magnitude of the field in each reading",
-            [f"reading {k + 1}" for k in range(len(calibration.field_means))],
-            "number of the reading",
+            "Error of the magnitude of the field in each group of readings",
+            [f"group {k + 1}" for k in range(len(calibration.field_means))],
+            "number of the group",
         ),
     }
     found = {}

@@ -36,7 +36,8 @@ SAMPLES_PER_INCREMENT = (32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
 INCREMENT_DIGITS = 10
 """Decimal digits of an increment below the largest of its rotation."""
 MAX_FIELD_MEANS = 200
-"""Means of a magnetometer in the file, spread evenly over what was fitted."""
+"""Means of a magnetometer in the file: the rows of the fit, each in parts if there are few, and
+only some, spread evenly, if there are more."""
 
 
 class HoldMeans(msgspec.Struct, frozen=True):
@@ -158,6 +159,7 @@ class FieldMean(msgspec.Struct, frozen=True):
         samples: averaged.
         temperature: °C, or None.
         current: of the board, or None.
+        group: number of the row of the fit that it is a part of; None in older files.
     """
 
     time: float
@@ -166,6 +168,7 @@ class FieldMean(msgspec.Struct, frozen=True):
     samples: int
     temperature: float | None = None
     current: float | None = None
+    group: int | None = None
 
 
 class TableMeans(msgspec.Struct, frozen=True):
@@ -432,19 +435,33 @@ def field_means(report: FitReport) -> list[FieldMean]:
     if report.magnetic is None:
         return []
     pieces = report.magnetic.data.pieces
-    count = len(pieces.time)
-    rows = np.linspace(0, count - 1, min(count, MAX_FIELD_MEANS)).round().astype(int).tolist()
-    return [
-        FieldMean(
-            time=float(pieces.time[row]),
-            reading=pieces.reading[row].tolist(),
-            shortened=float(pieces.extra[row]),
-            samples=int(pieces.count[row]),
-            temperature=finite_or_none(pieces.beside[row, 0]),
-            current=finite_or_none(pieces.beside[row, 1]),
-        )
-        for row in rows
-    ]
+    matrix, bias = report.magnetic.fit.matrix, report.magnetic.fit.bias
+    sizes = np.linalg.norm((pieces.reading - bias) @ matrix.T, axis=1) + pieces.extra
+    lengths = np.diff(pieces.offsets)
+    count = len(lengths)
+    kept = np.linspace(0, count - 1, min(count, MAX_FIELD_MEANS)).round().astype(int).tolist()
+    found = []
+    for group in kept:
+        rows = np.arange(*pieces.offsets[group : group + 2])
+        parts = max(MAX_FIELD_MEANS * len(rows) // len(pieces.time), 1)
+        for part in np.array_split(rows, parts):
+            samples = pieces.count[part]
+            reading, size, time, beside = (
+                np.average(one[part], axis=0, weights=samples)
+                for one in (pieces.reading, sizes, pieces.time, pieces.beside)
+            )
+            found.append(
+                FieldMean(
+                    time=float(time),
+                    reading=reading.tolist(),
+                    shortened=float(size - np.linalg.norm(matrix @ (reading - bias))),
+                    samples=int(samples.sum()),
+                    temperature=finite_or_none(beside[0]),
+                    current=finite_or_none(beside[1]),
+                    group=group,
+                )
+            )
+    return found
 
 
 def _calm_fields(report: FitReport) -> dict[int, list[float]]:

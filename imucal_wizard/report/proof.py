@@ -19,7 +19,7 @@ import numpy as np
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import number, or_nan, quantity
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import SI_UNIT
@@ -124,7 +124,7 @@ class Proof:
     def residuals(
         self, corrections: Mapping[str, Correction], *, frame: bool
     ) -> dict[str, FloatArray]:
-        """Error of each hold, rotation and reading of the field, in the sensor's ``unit``.
+        """Error of each hold, rotation and row of the field, in the sensor's ``unit``.
 
         Args:
             corrections: by sensor.
@@ -242,9 +242,14 @@ class Proof:
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
     def _field_errors(self, corrected: FloatArray) -> FloatArray:
-        """Magnitude about its own mean: no place has a field of known size."""
-        short = np.array([one.shortened for one in self._calibration.field_means])
-        size = np.linalg.norm(corrected, axis=1) + short
+        """Magnitude of each row of the fit about their mean: no place has a known field."""
+        means = self._calibration.field_means
+        size = np.linalg.norm(corrected, axis=1) + [one.shortened for one in means]
+        # in an older file each mean is a row
+        groups = np.array([k if one.group is None else one.group for k, one in enumerate(means)])
+        rows = np.searchsorted(distinct(groups), groups)
+        samples = np.array([one.samples for one in means])
+        size = np.bincount(rows, samples * size) / np.bincount(rows, samples)
         return np.asarray(size - size.mean())
 
 
