@@ -41,6 +41,7 @@ from imucal_wizard.report.certificate_history import item_history
 from imucal_wizard.report.figures import Figure, allan_figure, residual_figure
 from imucal_wizard.report.noise_report import MAX_SHOWN_ERROR, coefficient_rows, usual_units
 from imucal_wizard.report.proof import Proof, own
+from imucal_wizard.report.text import correction_formula, why_nominal
 from imucal_wizard.sessions.history import DeviceHistory
 
 REPORT_MARK = b'<meta name="generator" content="imucal-wizard report">'
@@ -272,7 +273,8 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
         count = plural(min(freedom, MAX_DEGREES), "degree")
         more = "more than " if freedom > MAX_DEGREES else ""
         degrees = f"Student's t, {more}{count} of freedom"
-    rows = [_parameter_row(p, v, sensor) for p, v in sensor.parameters.items()]
+    nominal = why_nominal(name, sensor.method)
+    rows = [_parameter_row(p, v, sensor, nominal) for p, v in sensor.parameters.items()]
     if not any(row[-1] for row in rows):
         rows = [row[:-1] for row in rows]
     missing = ", ".join(sensor.not_determined)
@@ -299,12 +301,10 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
         "uncertainty": f"U: expanded uncertainty, coverage factor k = {fixed(factor, 2)} for a "
         f"coverage probability of about 95 % ({degrees}).",
         "correlated": _correlations(sensor),
-        "not_determined": f"Not determined by these data: {missing}. Each has its nominal value, "
-        "and no uncertainty is stated."
+        "not_determined": f"Nominal, without a stated uncertainty: {missing} ({nominal})."
         if missing
         else "These data determine all parameters of the model.",
-        "formula": "corrected = M · (reading − b)"
-        + (" − effects" if sensor.effects else "")
+        "formula": correction_formula([one.term for one in sensor.effects])
         + f"; readings in {unit_sign(sensor.bias_unit)}, frame: "
         + {"own": "the sensor's own", "accelerometer": "that of the accelerometer"}.get(
             sensor.frame, sensor.frame
@@ -347,12 +347,12 @@ def _graded(sensor: Sensor) -> dict[str, str]:
     return {"grade": grade.word, "grade_class": str(grade), "why": words}
 
 
-def _parameter_row(name: str, value: Value, sensor: Sensor) -> list[str]:
+def _parameter_row(name: str, value: Value, sensor: Sensor, nominal: str) -> list[str]:
     factor, sign = readable(value.unit)
     uncertainty = expanded(value, sensor)
     label = name.replace("_", " ")
     if uncertainty is None or uncertainty <= 0.0:
-        remark = "nominal, not determined" if not value.carried else "no uncertainty known"
+        remark = f"nominal: {nominal}" if not value.carried else "no uncertainty known"
         return [label, true_minus(f"{value.value * factor:.7g}"), "–", sign, remark]
     texts = value_and_error(value.value * factor, uncertainty * factor)
     return [label, *texts, sign, ""]

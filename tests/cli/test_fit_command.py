@@ -110,8 +110,10 @@ def test_what_a_method_leaves_out_is_not_blamed_on_the_data(
     recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """These poses carry the angles; six positions do not fit them."""
-    assert cli.main(["fit", str(recording), "--method", "six-position"]) == 0
+    methods = "--method", "six-position", "--gyro-method", "static"
+    assert cli.main(["fit", str(recording), *methods]) == 0
     text = capsys.readouterr().out
+    assert "0 rad  nominal: the static method does not fit it" in text
     assert "0 rad  nominal: the six-position method does not fit it" in text
     assert "data do not carry" not in text
 

@@ -149,8 +149,8 @@ def test_the_report_says_what_a_quality_manager_asks_for(tmp_path: Path) -> None
         "9.806650 m/s²: stated by the operator",
         "GOOD",
         "january.json of 2026-01-05",
-        "Not determined by these data: theta_yz",
-        "nominal, not determined",
+        "Nominal, without a stated uncertainty: theta_yz (not determined by these data)",
+        "nominal: not determined by these data",
         "+ second-order",
         "confirmed by data held out",
         "Correlation coefficients: sensitivity x, bias x: −0.90",
@@ -209,6 +209,7 @@ def test_the_method_is_told_as_far_as_the_file_shows_it(tmp_path: Path) -> None:
     made = changed("accelerometer", method="six-position", **bare)
     said = Visible(reported(tmp_path, made)).text
     assert "published method “six-position”" in said
+    assert "theta_yz (the six-position method does not fit it)" in said
     assert "on the data fitted, none held out" in said
     assert "Student's t, 1 degree of freedom" in said
     for words in (fitted, "left out of the fit", "a test at 1 %", "Decision rule", "Could be:"):
