@@ -39,7 +39,12 @@ from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.calibration_file import Calibration, SavedRung, Sensor, Value
 from imucal_wizard.report.certificate_history import item_history
 from imucal_wizard.report.figures import Figure, allan_figure, residual_figure
-from imucal_wizard.report.noise_report import MAX_SHOWN_ERROR, coefficient_rows, usual_units
+from imucal_wizard.report.noise_report import (
+    LONGEST_SHARE,
+    MAX_SHOWN_ERROR,
+    coefficient_rows,
+    usual_units,
+)
 from imucal_wizard.report.proof import Proof, own
 from imucal_wizard.report.text import correction_formula, why_nominal
 from imucal_wizard.sessions.history import DeviceHistory
@@ -450,7 +455,9 @@ def _noise(document: Mapping[str, Any]) -> list[dict[str, Any]]:
             if (deviation > 0.0).any():
                 curves[axis] = deviation * factor
         title = f"Allan deviation of the {name}"
-        figure = allan_figure(f"allan-{name}", title, taus, curves, unit) if curves else None
+        longest = LONGEST_SHARE * sensor.get("seconds_at_rest", math.inf)
+        label = f"allan-{name}"
+        figure = allan_figure(label, title, taus, curves, unit, longest) if curves else None
         rows = coefficient_rows(sensor) if sensor["axes"] else []
         found.append({"title": name.capitalize(), "rows": rows, "figure": figure})
     return found

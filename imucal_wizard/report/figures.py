@@ -158,7 +158,12 @@ def residual_figure(
 
 
 def allan_figure(
-    identity: str, title: str, taus: FloatArray, axes: dict[str, FloatArray], unit: str
+    identity: str,
+    title: str,
+    taus: FloatArray,
+    axes: dict[str, FloatArray],
+    unit: str,
+    longest: float = math.inf,
 ) -> Figure:
     """Allan deviations against τ, both logarithmic.
 
@@ -168,6 +173,7 @@ def allan_figure(
         taus: s, shape (t,).
         axes: deviation of each axis, ``unit``, shape (t,); NaN where it is hardly known.
         unit: display unit.
+        longest: τ up to which the least deviation is known well, s.
     """
     every = np.concatenate(list(axes.values()))
     every = every[every > 0.0]
@@ -187,10 +193,14 @@ def allan_figure(
         at = WIDTH - _RIGHT - 70 + 24 * k
         parts.append(f'<path class="line line{k}" d="M{at} {_TOP + 6}h10"/>')
         parts.append(f'<text x="{at + 12}" y="{_TOP + 10}">{escape(axis)}</text>')
-    least = ", ".join(
-        f"{axis}: {number(float(np.nanmin(values)), 2)} {unit} at "
-        f"{number(float(taus[np.nanargmin(values)]), 2)} s"
-        for axis, values in axes.items()
+    least = []
+    for axis, values in axes.items():
+        well = np.where(taus <= longest, values, np.nan)
+        if (well > 0.0).any():
+            place = int(np.nanargmin(well))
+            low, at = number(float(well[place]), 2), number(float(taus[place]), 2)
+            least.append(f"{axis}: {low} {unit} at {at} s")
+    text = f"The largest deviation is {number(float(every.max()), 2)} {unit}" + (
+        f"; the least: {', '.join(least)}." if least else "."
     )
-    text = f"The largest deviation is {number(float(every.max()), 2)} {unit}; the least: {least}."
     return _drawn(identity, title, text, parts)
