@@ -184,6 +184,8 @@ class TableMeans(msgspec.Struct, frozen=True):
         scatter: variance of each axis of that mean if samples were independent.
         samples: averaged; 0 of a turn.
         noise_freedom: degrees of freedom per axis of the covariance.
+        time: of the middle of each piece, s after the session's first sample; None in older files.
+        temperature: °C in each piece, or None.
     """
 
     start: float
@@ -195,6 +197,19 @@ class TableMeans(msgspec.Struct, frozen=True):
     scatter: list[float] | None = None
     samples: int = 0
     noise_freedom: int = 0
+    time: list[float] | None = None
+    temperature: list[float | None] | None = None
+
+    def times(self, first: float) -> FloatArray:
+        """Of the middle of each piece, s after the first sample.
+
+        Args:
+            first: time of that sample, for an older file.
+        """
+        if self.time is not None:
+            return np.array(self.time)
+        seconds = np.array(self.seconds)
+        return np.asarray(self.start - first + np.cumsum(seconds) - 0.5 * seconds)
 
     def turned(self) -> "TableTurn":
         """The step or turn, for a fit of the same data with another model."""
@@ -225,12 +240,13 @@ class TableMeans(msgspec.Struct, frozen=True):
 def table_means(report: FitReport) -> list[TableMeans]:
     """What a rate table did, where it alone calibrated the gyroscope."""
     fit = report.sensors.get("gyroscope")
-    data = None if fit is None or fit.experiment is None else fit.experiment.on_table
-    if data is None:
+    experiment = None if fit is None else fit.experiment
+    data = None if experiment is None else experiment.on_table
+    if experiment is None or data is None:
         return []
     from imucal_wizard.estimate.table_steps import TableTurn
 
-    rests = (
+    rests = [
         TableTurn(
             hold.start,
             hold.end,
@@ -240,7 +256,10 @@ def table_means(report: FitReport) -> list[TableMeans]:
             hold,
         )
         for hold in data.rests
-    )
+    ]
+    parts, where = (*rests, *data.turned), experiment.circumstances  # rests first in both
+    ends = np.cumsum([len(one.seconds) for one in parts])[:-1]
+    each = zip(parts, np.split(where.time, ends), np.split(where.temperature, ends), strict=True)
     return [
         TableMeans(
             start=one.start,
@@ -252,8 +271,10 @@ def table_means(report: FitReport) -> list[TableMeans]:
             scatter=None if one.hold is None else _listed(one.hold.gyroscope_scatter),
             samples=0 if one.hold is None else one.hold.samples,
             noise_freedom=0 if one.hold is None else one.hold.noise_freedom,
+            time=time.tolist(),
+            temperature=[finite_or_none(one) for one in warm],
         )
-        for one in sorted((*rests, *data.turned), key=lambda one: one.start)
+        for one, time, warm in sorted(each, key=lambda row: row[0].start)
     ]
 
 
@@ -304,8 +325,10 @@ def wrong_measurements(
     on_table = [row for step in table for row in step.gyroscope]
     if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):
         return "a reading does not have three numbers"
-    if any(len(step.seconds) != len(step.gyroscope) or not step.seconds for step in table):
-        return "a step of the rate table has not one duration for each reading"
+    for step in table:
+        beside = step.seconds, step.time or step.seconds, step.temperature or step.seconds
+        if not step.seconds or any(len(one) != len(step.gyroscope) for one in beside):
+            return "a step of the rate table has not one duration for each reading"
     return ""
 
 

@@ -202,16 +202,18 @@ class Proof:
 
     def _table_samples(self) -> Samples:
         """The pieces of all steps and turns; the force on them is not known."""
-        steps = [one for one in self._calibration.table_means if one.angle]
+        every = self._calibration.table_means
+        steps = [one for one in every if one.angle]
         reading = np.concatenate([one.gyroscope for one in steps])
-        ends = [one.start + np.cumsum(one.seconds) for one in steps]
-        time = np.concatenate(ends) - 0.5 * np.concatenate([one.seconds for one in steps])
+        first = min(one.start for one in every)  # as an older file has it
+        time = np.concatenate([one.times(first) for one in steps])
+        warm = [one.temperature or [None] * len(one.seconds) for one in steps]
         nothing = np.zeros((len(time), 3))
         where = Circumstances(
             force=nothing,
             rate=nothing,
-            temperature=np.full(len(time), np.nan),
-            time=time - time[0],
+            temperature=np.concatenate([np.array(one, np.float64) for one in warm]),
+            time=time,
             previous=np.full((len(time), 3), np.nan),
             vibration=np.zeros(len(time)),
         )
