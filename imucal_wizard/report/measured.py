@@ -436,13 +436,12 @@ def increments_of(
     true = matrices(Attitudes(steps, samples.step_offsets).whole)[:, :, 0]
     whole = _integral(time, reading)
     for count in SAMPLES_PER_INCREMENT:
-        rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
+        rows = np.append(np.arange(0, max(len(time) - count, 1), count), len(time) - 1)
         edges, parts = time[rows], np.diff(whole[rows], axis=0)
         rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
         away = true.T @ _reintegrated(edges, rates)[-1]
-        # sine of the angle times the axis
-        off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
-        if off < MAX_INCREMENT_ERROR:
+        sine = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
+        if np.arctan2(sine, 0.5 * (np.trace(away) - 1.0)) < MAX_INCREMENT_ERROR:
             break
     force = rotation.accelerometer
     means = None

@@ -158,12 +158,11 @@ class Proof:
         """Angle between carried and measured gravity in each rotation, rad."""
         ends = np.cumsum([len(one.gyroscope) for one in self._rotations])[:-1]
         each = zip(self._rotations, np.split(rates, ends), strict=True)
-        return np.array(
-            [
-                np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
-                for one, own in each
-            ]
-        )
+        chords = [
+            np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
+            for one, own in each
+        ]
+        return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.array(chords), 1.0)))
 
     def _turning(self) -> Samples:
         """Intervals of all rotations, with gravity carried by the calibration without effects."""
