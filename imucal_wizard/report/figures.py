@@ -198,8 +198,8 @@ def allan_figure(
         well = np.where(taus <= longest, values, np.nan)
         if (well > 0.0).any():
             place = int(np.nanargmin(well))
-            low, at = number(float(well[place]), 2), number(float(taus[place]), 2)
-            least.append(f"{axis}: {low} {unit} at {at} s")
+            size, tau = number(float(well[place]), 2), number(float(taus[place]), 2)
+            least.append(f"{axis}: {size} {unit} at {tau} s")
     text = f"The largest deviation is {number(float(every.max()), 2)} {unit}" + (
         f"; the least: {', '.join(least)}." if least else "."
     )

@@ -326,8 +326,10 @@ def wrong_measurements(
     if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):
         return "a reading does not have three numbers"
     for step in table:
-        beside = step.seconds, step.time or step.seconds, step.temperature or step.seconds
-        if not step.seconds or any(len(one) != len(step.gyroscope) for one in beside):
+        counts = {
+            len(one) for one in (step.seconds, step.time, step.temperature) if one is not None
+        }
+        if not step.seconds or counts != {len(step.gyroscope)}:
             return "a step of the rate table has not one duration for each reading"
     return ""
 
