@@ -19,8 +19,10 @@ from imucal_wizard.core.dates import date_text, seconds_of
 from imucal_wizard.core.description import Location
 from imucal_wizard.core.gravity import GRAVITY_ANOMALY, NORMAL_GRAVITY_SOURCE
 from imucal_wizard.core.quantities import (
+    as_sentence,
     fixed,
     limits_text,
+    listed,
     number,
     plural,
     quantity,
@@ -348,7 +350,7 @@ def _graded(sensor: Sensor) -> dict[str, str]:
     if sensor.limit is not None:
         limits = sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit
         beyond = beyond_limit(*limits) or "the error is within the limit of use"
-        words += f" {beyond[0].upper()}{beyond[1:]}."
+        words += f" {as_sentence(beyond)}"
     return {"grade": grade.word, "grade_class": str(grade), "why": words}
 
 
@@ -481,9 +483,11 @@ def _method(calibration: Calibration) -> dict[str, Any]:
     return {
         "measured": _measured(calibration),
         "references": {name: text for name, text in references.items() if text},
-        "traced": list(dict.fromkeys(text for one in basis.values() for text in one.traced)),
+        "traced": listed(
+            list(dict.fromkeys(text for one in basis.values() for text in one.traced))
+        ),
         "published": published,
-        "fitted": [name for name in sensors if name not in published],
+        "fitted": listed([f"the {name}" for name in sensors if name not in published]),
         "errors": {name: one.error for name, one in basis.items()},
         "held_out": any(one.rms_held_out is not None for one in sensors.values()),
         "could_be": any(one.could_be is not None for one in sensors.values()),

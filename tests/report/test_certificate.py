@@ -195,7 +195,7 @@ def changed(sensor: str, **changes: object) -> Calibration:
 def test_the_method_is_told_as_far_as_the_file_shows_it(tmp_path: Path) -> None:
     fitted = "were estimated by weighted least squares"
     said = Visible(reported(tmp_path, full())).text
-    assert "of the accelerometer and of the gyroscope and of the magnetometer were est" in said
+    assert "of the accelerometer, the gyroscope and the magnetometer were est" in said
     for words in (fitted, "left out of the fit one at a time", "a test at 1 %"):
         assert words in said
     assert "by hand" not in said
@@ -218,7 +218,7 @@ def test_the_method_is_told_as_far_as_the_file_shows_it(tmp_path: Path) -> None:
     made = changed("gyroscope", method="rate table", frame="own", effects=[])
     said = Visible(reported(tmp_path, made)).text
     assert "The stated rate or angle of each step of the rate table is the reference" in said
-    assert "rests on the stated rates or angles of the rate table and on the clock alone" in said
+    assert "rests on the stated rates or angles of the rate table and the clock alone" in said
     assert "the angle of each step of the rate table" in said
     assert "gravity before" not in said
     field = {"bias_x": Value(12.0, "uT", 0.1)}
