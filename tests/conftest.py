@@ -37,12 +37,24 @@ def pytest_xdist_auto_num_workers() -> int:
     return (os.cpu_count() or 1) + 1
 
 
+def _only_studies(config: pytest.Config) -> bool:
+    return bool(config.getoption("markexpr") == "study")
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Import no file without a study where only studies run: imports take seconds per process."""
+    if not _only_studies(config) or not collection_path.match("test_*.py"):
+        return None
+    return True if "mark.study" not in collection_path.read_text("utf-8") else None
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_collection(session: pytest.Session) -> Generator[None, object, object]:
     """Exempt what is loaded by then, a million objects, from every garbage collection."""
     gc.disable()
     worker = getattr(session.config, "workerinput", None)
-    if worker and session.config.args_source is pytest.Config.ArgsSource.TESTPATHS:
+    whole = session.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    if worker and whole and not _only_studies(session.config):
         _import_from_own_place(int(worker["workerid"][2:]) / worker["workercount"])
     result = yield
     gc.collect()
@@ -98,12 +110,14 @@ def simulations_made_once() -> Iterator[None]:
 
 
 @contextmanager
-def _few_draws() -> Iterator[None]:
+def few_draws() -> Iterator[None]:
+    """Find the sizes that show from few draws."""
     from imucal_wizard.diagnose import noise_draws, significance
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(noise_draws, "DRAWS", 4)
         patch.setattr(noise_draws, "MAX_TRIALS", 1)
+        patch.setattr(noise_draws, "SEARCHES", noise_draws.SEARCHES[-1:])
         patch.setattr(significance, "SIMULATIONS", 100)
         yield
 
@@ -111,14 +125,14 @@ def _few_draws() -> Iterator[None]:
 @pytest.fixture
 def rough_sizes() -> Iterator[None]:
     """Find the sizes that show from few draws, for tests of what else a bench tells."""
-    with _few_draws():
+    with few_draws():
         yield
 
 
 @pytest.fixture(scope="module")
 def rough_sizes_throughout() -> Iterator[None]:
     """Find them so in all tests of a file."""
-    with _few_draws():
+    with few_draws():
         yield
 
 

@@ -2,7 +2,8 @@
 
 import functools
 import json
-from contextlib import redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -14,6 +15,7 @@ from rich.console import Console
 from scipy.signal import butter, sosfilt
 
 import imucal_wizard as iw
+from imucal_wizard.api import Recording
 from imucal_wizard.cli.fit import parser
 from imucal_wizard.cli.main import main
 from imucal_wizard.cli.outcome import recording_of
@@ -46,6 +48,7 @@ class Outputs:
 
     Attributes:
         name: of the recording.
+        recording: as it was read.
         report: the fit behind it.
         readings: its samples, where they are at hand.
         first: the calibration by the Python interface, without a diagnosis.
@@ -59,6 +62,7 @@ class Outputs:
     """
 
     name: str
+    recording: Recording
     report: FitReport
     readings: Readings | None
     first: dict[str, Sensor]
@@ -89,23 +93,31 @@ def outputs(
     case, folder = CASES[request.param], tmp_path_factory.mktemp("outputs")
     words = (*(str(located(file)) for file in case.files), *case.reading.split())
     recording = recording_of(parser().parse_args(words))
+    # read once, and fitted once with the same options: to read and replay the longest takes seconds
+    recording.fit = functools.cache(recording.fit)  # type: ignore[method-assign]
     fit = iw.calibrate(recording)
     first, diagnosis = fit.calibration.sensors, iw.diagnose(fit)
     documents, statuses, texts, saved = {}, {}, {}, folder / "saved.json"
     for command in ALIKE_COMMANDS:
         path = folder / f"{command}.json"
         saving = ["--save", str(saved)] if command == "fit" else []
-        with redirect_stdout(StringIO()) as printed, pytest.MonkeyPatch.context() as patch:
-            # read once: to read and replay the longest takes seconds
-            patch.setattr("imucal_wizard.api.Recording", lambda *_, **__: recording)
+        with redirect_stdout(StringIO()) as printed, read_as(recording):
             statuses[command] = main([command, *words, *saving, "--json", str(path)])
         documents[command] = json.loads(path.read_text())
         texts[command] = printed.getvalue()
     sensors = fit.judged(diagnosis).sensors
     return Outputs(
-        request.param, fit.report, fit.benches.readings, first, sensors, diagnosis, words,
-        documents, statuses, texts, iw.load(saved).sensors,
+        request.param, recording, fit.report, fit.benches.readings, first, sensors, diagnosis,
+        words, documents, statuses, texts, iw.load(saved).sensors,
     )  # fmt: skip
+
+
+@contextmanager
+def read_as(recording: Recording) -> Iterator[None]:
+    """Let commands find this recording in any file."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("imucal_wizard.api.Recording", lambda *_, **__: recording)
+        yield
 
 
 def record(sensor: Sensor, *, judged: bool = True) -> dict[str, Any]:
@@ -211,7 +223,8 @@ def test_every_text_prints_these_figures(outputs: Outputs) -> None:
 def test_a_picture_shows_the_residuals_of_the_fit(
     outputs: Outputs, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    main(["bench", *outputs.files, "--view", "accelerometer/number", "--json", "-"])
+    with read_as(outputs.recording):
+        main(["bench", *outputs.files, "--view", "accelerometer/number", "--json", "-"])
     (shown,) = json.loads(capsys.readouterr().out)["views"]
     drawn = dict(zip(shown["source"], shown["y"], strict=True))
     residuals = outputs.report.sensors["accelerometer"].residuals

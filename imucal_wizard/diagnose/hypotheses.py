@@ -235,15 +235,20 @@ def disturbances(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     prior = float(np.log(PRIOR[DISTURBED] / max(len(items), 1)))
     # an error of each row by the standard deviation of its noise
     wrong = frame.across.T @ misfit.whitened(np.diag(misfit.sigma))
+    of_item = misfit.item == items[:, None]
+    at_end = misfit.table.joins(items.tolist()).any(axis=2) & ~of_item
+    between = np.array([len(distinct(misfit.item[ends])) > 1 for ends in at_end], np.bool_)
+    share = at_end[between] / np.maximum(at_end[between].sum(axis=1, keepdims=True), 1)
+    usual = np.sqrt(share @ misfit.sigma**2)
+    tilted = usual[:, None, None] * misfit.table.tilted(items[between].tolist())
+    columns = np.moveaxis(tilted, 0, 1).reshape(len(misfit), 2 * len(usual))
+    tilts = (frame.across.T @ misfit.whitened(columns)).reshape(len(wrong), len(usual), 2)
+    each_tilt = iter(np.moveaxis(tilts, 1, 0))
     made = []
-    for item in items.tolist():
-        own = misfit.item == item
-        ends = misfit.table.spoilt([item]) & ~own
+    for item, own, ends, inner in zip(items.tolist(), of_item, at_end, between, strict=True):
         ways = [wrong[:, own]]
-        if len(distinct(misfit.item[ends])) > 1:
-            usual = float(np.sqrt(np.mean(misfit.sigma[ends] ** 2)))
-            tilted = frame.across.T @ misfit.whitened(usual * misfit.table.tilted(item))
-            ways += [tilted, wrong[:, ends], wrong[:, own | ends]]
+        if inner:
+            ways += [next(each_tilt), wrong[:, ends], wrong[:, own | ends]]
         made += [
             Hypothesis(
                 DISTURBED,

@@ -10,7 +10,9 @@ averaged over; the repeats in r itself determine how large the noise is.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,7 +118,7 @@ class HypothesisSet:
         coordinates = self.frame.across.T @ residual
         alone = self.frame.log_noise(coordinates)
         single = self._single(coordinates, alone)
-        evidence = np.logaddexp.reduce(single, axis=(1, 2))
+        evidence = _log_of_sum(single.reshape(len(single), -1))
         single += self.log_prior[:, None, None]
         highest = single.max()
         # two effects explain more than one, and leave no larger noise
@@ -184,18 +186,16 @@ class HypothesisSet:
         coordinates = self.frame.across.T @ residual
         for first in [one for kind in kinds for one in list(whole[kind].values())[:MAX_JOINED]]:
             inside = np.linalg.svd(first.patterns, full_matrices=False)[0]
-            rest = HypothesisSet(self.frame, self.single, inside=inside)
-            left = coordinates - inside @ (inside.T @ coordinates)
-            found = rest.posterior(self.frame.across @ left)
-            likeliest = [self.single[place] for place in np.argsort(-found.single).tolist()]
+            left = self.frame.across @ (coordinates - inside @ (inside.T @ coordinates))
             for kind, count in JOINED_WITH.items():
+                known = [one for one in self.single if _joins(first, one, kind)]
+                odds = self._odds(known, left, inside) if known else np.zeros(0)
                 others: dict[object, Hypothesis] = {}
-                for one in likeliest:
-                    if _joins(first, one, kind):
-                        others.setdefault(one.terms or one.variant, one)
+                for place in np.argsort(-odds, kind="stable").tolist():
+                    others.setdefault(known[place].terms or known[place].variant, known[place])
                 for other in list(others.values())[:count]:
                     made += joint_hypotheses(first, other)
-        return HypothesisSet(self.frame, (*self.single, *made), self.pairs) if made else self
+        return self._widened(made)
 
     def with_siblings(self, residual: FloatArray, posterior: Posterior) -> "HypothesisSet":
         """The set with the likely pairs of whole effects of one slow family.
@@ -215,12 +215,31 @@ class HypothesisSet:
         highest = max(float(odds.max()), float((posterior.evidence + self.log_prior).max()))
         least = highest + float(np.log(MIN_SIBLING_SHARE))
         kept = [one for one, own in zip(made, odds, strict=True) if own > least]
-        return HypothesisSet(self.frame, (*self.single, *kept), self.pairs) if kept else self
+        return self._widened(kept)
 
-    def _odds(self, made: Sequence[Hypothesis], residual: FloatArray) -> FloatArray:
-        """Prior and evidence of other explanations, in logarithms, shape (h,)."""
-        evidence = HypothesisSet(self.frame, (self.single[0], *made)).posterior(residual).evidence
-        return np.array([one.log_prior for one in made]) + evidence[1:]
+    def _widened(self, made: Sequence[Hypothesis]) -> "HypothesisSet":
+        """The set with more single explanations; the same set without any."""
+        if not made:
+            return self
+        wider = copy(self)
+        wider.single = (*self.single, *made)
+        wider.log_prior = np.array([one.log_prior for one in wider.single])
+        more = spectra(made, self.frame.each_weights)
+        wider.spectra = [one.joined(own) for one, own in zip(self.spectra, more, strict=True)]
+        return wider
+
+    def _odds(
+        self, made: Sequence[Hypothesis], residual: FloatArray, inside: FloatArray | None = None
+    ) -> FloatArray:
+        """Prior and evidence of explanations, in logarithms, shape (h,).
+
+        Args:
+            made: the explanations.
+            residual: whitened, shape (n,).
+            inside: what is left out of their patterns, orthonormal, shape (m, k), or None.
+        """
+        own = HypothesisSet(self.frame, (self.single[0], *made), inside=inside)
+        return own.log_prior[1:] + own.posterior(residual).evidence[1:]
 
     def beside(
         self, coordinates: FloatArray, inside: FloatArray, largest_wander: float = np.inf
@@ -243,7 +262,7 @@ class HypothesisSet:
     def _single(self, coordinates: FloatArray, alone: FloatArray) -> FloatArray:
         """Likelihood averaged over the size, shape (h, wanders, sigmas)."""
         gains = np.stack([one.gains(coordinates) for one in self.spectra], axis=1)
-        averaged = np.logaddexp.reduce(gains, axis=2) - np.log(gains.shape[2])
+        averaged = _log_of_sum(np.moveaxis(gains, 2, -1)) - np.log(gains.shape[2])
         return np.asarray(alone + np.concatenate([np.zeros((1, *averaged.shape[1:])), averaged]))
 
     def _paired(self, coordinates: FloatArray, alone: FloatArray) -> NDArray[np.float32]:
@@ -256,6 +275,13 @@ class HypothesisSet:
         found += alone.astype(np.float32)[:, None, :]
         found += self.pairs.log_prior.astype(np.float32)[:, None]
         return found
+
+
+def _log_of_sum(logs: FloatArray) -> FloatArray:
+    """Logarithm of the sum over the last axis of what has these logarithms, shape (…)."""
+    highest = logs.max(axis=-1)
+    terms = logs - highest[..., None]
+    return np.asarray(highest + np.log(np.exp(terms, out=terms).sum(axis=-1)))
 
 
 def _joins(first: Hypothesis, other: Hypothesis, kind: str) -> bool:
@@ -356,6 +382,31 @@ class Spectrum:
             found.append(rows.reshape(len(weighted), patterns.shape[1]))
         return np.concatenate(found, axis=1)
 
+    def joined(self, other: "Spectrum") -> "Spectrum":
+        """The spectrum of these explanations and of others, under the same wander."""
+        both = (self, other)
+        counts = np.concatenate([np.diff(one.starts, append=len(one.gain)) for one in both])
+        first = np.concatenate([self.starts, len(self.gain) + other.starts])
+        by_count = np.argsort(counts, kind="stable")
+        counts, first = counts[by_count], first[by_count]
+        starts = np.cumsum(counts) - counts
+        rows = np.repeat(first - starts, counts) + np.arange(counts.sum())
+        place = np.argsort(by_count)
+        stacks: dict[int, list[tuple[FloatArray, FloatArray]]] = {}
+        for one in both:
+            for patterns, turned in zip(one.patterns, one.turned, strict=True):
+                stacks.setdefault(turned.shape[1], []).append((patterns, turned))
+        every = [stacks[q] for q in sorted(stacks)]
+        return Spectrum(
+            self.weights,
+            tuple(np.concatenate([one for one, _ in each], axis=1) for each in every),
+            tuple(np.concatenate([one for _, one in each]) for each in every),
+            np.concatenate([one.gain for one in both])[rows],
+            np.concatenate([one.log_det for one in both])[by_count],
+            starts,
+            place[np.concatenate([self.order, len(self.order) + other.order])],
+        )
+
     @cached_property
     def basis(self) -> FloatArray:
         """A residual's coordinates times this are what ``along`` gives, shape (m, rows)."""
@@ -367,9 +418,16 @@ class Spectrum:
         Args:
             coordinates: of a residual, shape (m,).
         """
-        rows = (self.along(coordinates[None])[0] ** 2)[:, None, None] * self.gain
-        found = np.add.reduceat(rows, self.starts, axis=0) - self.log_det
-        return np.asarray(0.5 * found[self.order])
+        squares, found, first = self.along(coordinates[None])[0] ** 2, [], 0
+        for turned in self.turned:  # explanations with the same number of patterns
+            rows = slice(first, first := first + turned.shape[0] * turned.shape[1])
+            shape = (*turned.shape[:2], *self.gain.shape[1:])
+            own = squares[rows].reshape(turned.shape[:2])
+            found.append(np.einsum("gq,gqst->gst", own, self.gain[rows].reshape(shape)))
+        every = np.concatenate(found)
+        every -= self.log_det
+        every *= 0.5
+        return every[self.order]
 
 
 def spectra(
@@ -387,34 +445,38 @@ def spectra(
     counts = np.array([one.patterns.shape[1] for one in hypotheses])
     by_count = np.argsort(counts, kind="stable")
     ordered, counts = [hypotheses[place] for place in by_count.tolist()], counts[by_count]
-    sizes = sorted(set(counts.tolist()))
-    stacks = [
-        np.concatenate([one.patterns for one in ordered if one.patterns.shape[1] == q], axis=1)
-        for q in sizes
+    alike = [
+        [*each] for _, each in groupby([one.patterns for one in ordered], lambda x: x.shape[1])
     ]
+    sizes = [each[0].shape[1] for each in alike]
+    stacks = [np.concatenate(each, axis=1) for each in alike]
     if inside is not None:
         stacks = [stack - inside @ (inside.T @ stack) for stack in stacks]
     each_of = [
         np.ascontiguousarray(stack.T).reshape(stack.shape[1] // q, q, len(stack))
         for q, stack in zip(sizes, stacks, strict=True)
     ]
-    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    spreads = np.repeat([one.spreads for one in ordered], counts, axis=0) ** 2
-    spreads = spreads[:, :, None] / SQUARES
+    starts = np.cumsum(counts) - counts
+    spreads = np.array([one.spreads for one in ordered]) ** 2
     shares = np.array([one.shares for one in ordered])
-    unlikely = -2.0 * np.log(shares * shares.shape[1])[:, :, None]
+    spreads, unlikely = spreads[:, :, None] / SQUARES, -2.0 * np.log(shares * shares.shape[1])
     found = []
     for weights in each_weights:
-        values, turned = [], []
+        gain, turned = np.empty((counts.sum(), *spreads.shape[1:])), []
+        log_det, first, start = np.empty_like(spreads), 0, 0
         for each in each_of:
             strength, vectors = np.linalg.eigh((each * weights) @ np.swapaxes(each, 1, 2))
             strength = np.maximum(strength, 0.0)
             length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
-            values.append(strength.ravel())
             turned.append(vectors / length[:, None, :])
-        ratio = np.concatenate(values)[:, None, None] * spreads
-        gain = ratio / (1.0 + ratio) / SQUARES
-        log_det = np.add.reduceat(np.log1p(ratio), starts, axis=0) + unlikely
-        own = weights, tuple(stacks), tuple(turned)
-        found.append(Spectrum(*own, gain, log_det, starts, np.argsort(by_count)))
+            own = slice(start, start := start + len(each))
+            rows = gain[first : (first := first + strength.size)]
+            # in place, because new arrays of this size cost more than what is computed
+            ratio = rows.reshape(*strength.shape, *spreads.shape[1:])
+            np.multiply(strength[..., None, None], spreads[own, None], out=ratio)
+            log_det[own] = np.log1p(ratio).sum(axis=1)
+            ratio /= (1.0 + ratio) * SQUARES
+        log_det += unlikely[:, :, None]
+        known = weights, tuple(stacks), tuple(turned)
+        found.append(Spectrum(*known, gain, log_det, starts, np.argsort(by_count)))
     return found

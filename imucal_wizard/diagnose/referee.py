@@ -28,7 +28,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray
+from imucal_wizard.core.readings import FloatArray, IntArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.hypotheses import EFFECT, NOTHING, PRIOR, SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
@@ -215,7 +215,12 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
     residual = system.residual - doubts @ system.value[known]
     doubts = doubts / np.sqrt(system.precision[known])
     free, own = system.columns[:, ~known], np.where(moving, system.own, found.balance.variance)
-    ends = np.cumsum([one.shape[1] for one in effects])[:-1].tolist()
+    sizes, count = np.array([one.shape[1] for one in effects], np.int64), doubts.shape[1]
+    first, variances = 1 + np.cumsum(sizes) - sizes, np.array(SPREADS) ** 2
+    # effects with the same number of parameters are decomposed together
+    alike = [(sizes == q, first[sizes == q, None] + np.arange(q)) for q in distinct(sizes)]
+    places = [count + start + np.arange(q) for start, q in zip(first, sizes, strict=True)]
+    cases = [(one, variance) for one in places for variance in variances.tolist()]
     total = []
     for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True):
         scale = 1.0 / np.sqrt(np.where(moving, sigma**2, 1.0) * own)
@@ -223,21 +228,20 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
         volume = np.log(np.abs(np.diag(triangle))).sum() - np.log(scale).sum()
         white = scale[:, None] * np.column_stack([doubts, residual, *effects])
         white -= inner @ (inner.T @ white)
-        products, count = white.T @ white, doubts.shape[1]
+        products = white.T @ white
         lower = np.linalg.cholesky(np.eye(count) + products[:count, :count])
         volume += np.log(np.diag(lower)).sum()
         taken = np.linalg.solve(lower, products[:count, count:])
         left = products[count:, count:] - taken.T @ taken
-        gains = [np.log(1.0 - _SHARE_OF_EFFECTS)]
-        cases = [(np.zeros(0, np.int64), 1.0)]
-        for places in np.split(np.arange(1, len(left)), ends) if effects else ():
-            strength, vectors = np.linalg.eigh(left[np.ix_(places, places)])
-            squares = (left[0, places] @ vectors) ** 2
-            ratio = np.maximum(strength, 0.0) * np.array(SPREADS)[:, None] ** 2
-            growth = squares * np.array(SPREADS)[:, None] ** 2 / (1.0 + ratio) - np.log1p(ratio)
+        gains = np.empty((len(effects), len(SPREADS)))
+        for numbers, at in alike:
+            strength, vectors = np.linalg.eigh(left[at[:, :, None], at[:, None, :]])
+            squares = (left[0, at][:, None] @ vectors) ** 2
+            ratio = np.maximum(strength, 0.0)[:, None] * variances[:, None]
+            growth = squares * variances[:, None] / (1.0 + ratio) - np.log1p(ratio)
             often = np.log(_SHARE_OF_EFFECTS / len(effects) * np.array(SPREAD_SHARES))
-            gains += (often + 0.5 * growth.sum(axis=1)).tolist()
-            cases += [(count + places, spread**2) for spread in SPREADS]
-        log = prior - volume - 0.5 * left[0, 0] + np.array(gains)
-        total.append(Scatter(log, products, tuple(cases)))
+            gains[numbers] = often + 0.5 * growth.sum(axis=2)
+        every = np.append(np.log(1.0 - _SHARE_OF_EFFECTS), gains)
+        log = prior - volume - 0.5 * left[0, 0] + every
+        total.append(Scatter(log, products, ((np.zeros(0, np.int64), 1.0), *cases)))
     return total

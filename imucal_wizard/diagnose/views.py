@@ -186,7 +186,7 @@ def misfit_curve(
         if one is source:
             break
         first += len(one.labels)
-    predicted = misfit.sigma * (across @ (columns @ sizes)) * readable(source.unit)[0]
+    predicted = misfit.measured(across @ (columns @ sizes)) * readable(source.unit)[0]
     own = predicted[first : first + len(source.labels)]
     drawn = own[at]
     if view.together:  # the components of one length

@@ -442,7 +442,7 @@ def report(found: Minimum[Experiment]) -> SensorFit:
         held_out=None if out is None else items.each(out),
         covariance=of_entries[np.ix_(kept, kept)] if kept and of_entries is not None else None,
         warnings=(found.directions.reason,) if found.directions.reason else (),
-        degrees_of_freedom=max(int(found.freedom.min() + 1e-6), 0),
+        degrees_of_freedom=max(int(found.freedom.min()), 0),
         repeatability=repeats,
         slow_noise_measured=experiment.slow_noise_measured,
         suspects=() if odd is None else (odd.index,),

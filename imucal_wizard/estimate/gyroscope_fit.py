@@ -135,14 +135,21 @@ def without_lost_samples(
     try:
         out, tried = _with_largest_jumps(found, order, lambda out: without(out)[0])
         odd = list(out)
+
+        def by_chance() -> bool:
+            """Whether chance picks as many; it picks fewer all the more."""
+            chance = tried * comb(len(out), len(odd)) / comb(len(order), len(odd))
+            return not odd or chance > MAX_CHANCE_OF_JUMPS
+
         for number in reversed(out if len(out) > 1 else ()):
+            if by_chance():
+                return unchanged
             others = [one for one in odd if one != number]
             if _lack_without(without(others)[0], ()).within_noise:  # it closes in spite of its jump
                 odd = others
         if len(odd) > 1 and median([jumps[number][3] for number in odd]) > MAX_JUMP_TAKEN_BACK:
             return unchanged  # the sensor jumps at some rate, on the way up and on the way down
-        chance = tried * comb(len(out), len(odd)) / comb(len(order), len(odd))
-        return without(odd) if odd and chance <= MAX_CHANCE_OF_JUMPS else unchanged
+        return unchanged if by_chance() else without(odd)
     except DataError:
         return unchanged
 

@@ -301,11 +301,21 @@ def slow_and_fast(blocks: Blocks, step_a: FloatArray | float) -> tuple[float, fl
         blocks: at least two consecutive ones.
         step_a: resolution of the accelerometer, 0 if not known.
     """
-    count, step = len(blocks), step_a + np.zeros(3)
-    within = float(blocks.variance[:, :3].sum()) / count
-    fast = within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
+    count, fast = len(blocks), vibration(blocks, step_a)
     away = blocks.mean_a - np.add.reduce(blocks.mean_a, axis=0) / count
     return float((away * away).sum()) / (count - 1.0) - fast / blocks.size, fast
+
+
+def vibration(blocks: Blocks, step_a: FloatArray | float) -> float:
+    """Variance of the accelerometer's readings in blocks about the means of these, all axes added.
+
+    Args:
+        blocks: one or more.
+        step_a: resolution of the accelerometer, 0 if not known.
+    """
+    step = step_a + np.zeros(3)
+    within = float(blocks.variance[:, :3].sum()) / len(blocks)
+    return within * blocks.size / (blocks.size - 1.0) + float(step @ step) / 12.0
 
 
 def trim_ends(
@@ -469,7 +479,7 @@ def mean_and_covariance(
     if moments is not None:
         # to first order in a block: cos(ωt + ωτu) = cos ωt − ωτu sin ωt
         turned = np.add.reduce(_slopes_of_waves(count)[:, :, None] * moments, axis=1)
-        power += turned
+        power = _passed_by_blocks(count)[:, None] * power + turned
     return origin + average, power.T @ power / (len(waves) * count), len(waves)
 
 
@@ -498,6 +508,16 @@ def _slopes_of_waves(count: int) -> FloatArray:
     cycles = len(waves) // 2
     over = 2.0 * np.pi * np.arange(1, cycles + 1)[:, None] / count
     return np.concatenate([-over * waves[cycles:], over * waves[:cycles]])
+
+
+@lru_cache(maxsize=256)
+def _passed_by_blocks(count: int) -> FloatArray:
+    """What the mean over a block leaves of each of the lowest waves, shape (k,)."""
+    waves = _lowest_waves(count)
+    if count <= 2:
+        return np.ones(len(waves))
+    cycles = np.arange(1, len(waves) // 2 + 1)
+    return np.asarray(np.tile(np.sinc(cycles / count), 2))
 
 
 _REACH = 64

@@ -75,9 +75,9 @@ from imucal_wizard.measurement.holds import (
     blocks_of_rests,
     fewest_windows,
     hold_at_rest,
-    slow_and_fast,
     steady,
     still_runs,
+    vibration,
 )
 from imucal_wizard.measurement.rounding import resolution_of, rounding_noise
 from imucal_wizard.measurement.stillness import Limits, Noise, WindowMaker, Windows
@@ -379,19 +379,18 @@ def shaken_holds(stream: ReducedRecording, holds: Sequence[Hold]) -> list[Hold]:
     if limits.gyroscope is None or not holds:
         return []
     most = np.full(3, MAX_VIBRATION * stream.gravity)
-    quiet = median([_vibration(stream, one) for one in holds])
+
+    def vibration_in(hold: Hold) -> float:
+        return vibration(_blocks_of(stream, hold), stream.step_a)
+
+    quiet = median([vibration_in(one) for one in holds])
     return [
         one
         for one in holds_under(stream, replace(limits, accelerometer=most, rate=usual.rate))
         if all(one.end <= hold.start or hold.end <= one.start for hold in holds)
-        and _vibration(stream, one) > REST_FACTOR**2 * quiet
+        and vibration_in(one) > REST_FACTOR**2 * quiet
         and steady(_blocks_of(stream, one), stream.step_a, stream.gravity)
     ]
-
-
-def _vibration(stream: ReducedRecording, hold: Hold) -> float:
-    """Mean square of the accelerometer's readings in the blocks of a hold about their means."""
-    return slow_and_fast(_blocks_of(stream, hold), stream.step_a)[1]
 
 
 def _blocks_of(stream: ReducedRecording, hold: Hold) -> Blocks:

@@ -126,8 +126,12 @@ class Course(Effect):
         """Shape (n, 3, nodes)."""
         del variant
         values: FloatArray = getattr(c, INPUT_OF[sensor])
-        apart = 0.5 * (len(self.nodes) - 1) * (values[:, :, None] / self.reach - self.nodes)
-        return np.asarray(np.maximum(1.0 - np.abs(apart), 0.0))
+        per_node = 0.5 * (len(self.nodes) - 1)
+        apart = (per_node / self.reach * values)[:, :, None] - per_node * self.nodes
+        # in place, because new arrays of this size cost more than what is computed
+        np.abs(apart, out=apart)
+        np.subtract(1.0, apart, out=apart)
+        return np.maximum(apart, 0.0, out=apart)
 
 
 class UnknownShape(Effect):

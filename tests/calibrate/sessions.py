@@ -18,13 +18,18 @@ RATE = 100.0
 
 @cache
 def session(
-    seed: int = 0, poses: str = "18", rotations: int = 6, counts: bool = False, hold: float = 4.0
+    seed: int = 0,
+    poses: str = "18",
+    rotations: int = 6,
+    counts: bool = False,
+    hold: float = 4.0,
+    rate: float = RATE,
 ) -> Readings:
     """A rest, the poses, turns about each axis; a consumer sensor drawn from the seed."""
-    hand = VirtualHand(RATE, seed)
+    hand = VirtualHand(rate, seed)
     chance = np.random.default_rng([seed, 5])
     hand.perform(recording_script(poses, chance, hold=hold, rotations=rotations))
-    return recorded(hand, _model(seed, counts), RATE, seed)
+    return recorded(hand, _model(seed, counts), rate, seed)
 
 
 def recorded(hand: VirtualHand, model: SensorModel, rate: float, seed: int = 0) -> Readings:

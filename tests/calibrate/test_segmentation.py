@@ -7,6 +7,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
@@ -379,6 +380,12 @@ def test_the_parts_of_a_rest_have_one_number() -> None:
     assert numbers[place] == numbers[place + 1]
     assert len(set(numbers)) == len(whole)
     assert rest_numbers([]).dtype == np.int64
+
+
+def test_a_hold_of_one_block_has_nothing_between_blocks() -> None:
+    """At two samples a second few of the rests are found, and the fit says so."""
+    with pytest.raises(DataError, match="still positions"):
+        fit_readings(session(1, rotations=2, hold=6.0, rate=2.0))
 
 
 def test_nothing_is_found_in_nothing() -> None:

@@ -66,6 +66,7 @@ def test_an_effect_without_any_of_another_family_is_joined_with_none() -> None:
     assert judge_misfit(misfit, hypotheses, posterior).families == ()
 
 
+@pytest.mark.usefixtures("rough_sizes")  # the size hidden need not be known exactly
 @pytest.mark.parametrize(
     ("key", "recording", "times"),
     [

@@ -1,5 +1,7 @@
 """What coarse steps do to the integrals of rotations, against motions that are truly rounded."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -12,20 +14,29 @@ INTERVAL = 0.02
 ROTATIONS = 20
 
 
-def _motion(step: float, rng: np.random.Generator) -> FloatArray:
-    """Rates in steps, from rest to rest: 90° about one axis and a little about the others."""
+def _motion(rng: np.random.Generator) -> FloatArray:
+    """Rates in °/s, from rest to rest: 90° about one axis and a little about the others."""
     wobble = 0.05 * rng.standard_normal(3)
     vector = rng.choice([-1.6, 1.6]) * np.eye(3)[0]
     motion = turn(np.eye(3)[2], vector, seconds=rng.uniform(1.2, 2.5), wobble=wobble, rate=50.0)
-    return np.asarray(np.degrees(motion.rate) / step, np.float64)
+    return np.asarray(np.degrees(motion.rate), np.float64)
+
+
+@cache
+def _moved(sessions: int) -> list[tuple[FloatArray, list[FloatArray]]]:
+    """Where in a step the device rests, and the motions, of each session."""
+    rng = np.random.default_rng(31)
+    return [
+        (rng.uniform(-0.5, 0.5, 3), [_motion(rng) for _ in range(ROTATIONS)])
+        for _ in range(sessions)
+    ]
 
 
 def _sessions(step: float, sessions: int) -> list[tuple[FloatArray, ...]]:
     """Error of each rotation's integral, what it shares with the rests, its beginning, variance."""
-    rng = np.random.default_rng(31)
     found: list[tuple[FloatArray, ...]] = []
-    for _ in range(sessions):
-        place, rates = rng.uniform(-0.5, 0.5, 3), [_motion(step, rng) for _ in range(ROTATIONS)]
+    for place, motions in _moved(sessions):
+        rates = [motion / step for motion in motions]
         rounded = [np.asarray(np.round(rate + place), np.float64) for rate in rates]
         times = [np.asarray(INTERVAL * np.arange(len(rate)), np.float64) for rate in rates]
         rests = [hold(np.ones(3), 0.0, gyroscope=np.zeros(3))]
@@ -61,7 +72,7 @@ def test_rotations_err_by_rounding_as_said(step: float) -> None:
 def test_steps_that_the_noise_carries_the_readings_over_are_none() -> None:
     """Rounding is noise at rest and in motion alike then."""
     rng = np.random.default_rng(32)
-    rate = _motion(1.0, rng)
+    rate = _motion(rng)
     samples = rotation_samples(
         [np.asarray(INTERVAL * np.arange(len(rate)), np.float64)],
         [np.asarray(np.round(rate), np.float64)],

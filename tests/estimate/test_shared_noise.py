@@ -8,10 +8,14 @@ import pytest
 
 from benchmarks.gyroscope_bound import DEVICES, GROUPS, Session, fitted, studied
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.decorrelation import Decorrelation, decorrelation
-from imucal_wizard.model.rows.source import Parameters
+from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude
+from imucal_wizard.model.rows.source import Parameters, RowLabels
+from imucal_wizard.model.terms import Terms
 from tests.estimate.closures import NO_EFFECTS
 from tests.estimate.truth import Truth
 
@@ -57,6 +61,29 @@ def test_combinations_stay_independent_with_less_of_a_part() -> None:
         less = covariance - (1.0 - left) * np.diag(part)
         whole = measured @ np.linalg.solve(less, measured)
         assert (squares / (1.0 - (1.0 - left) * shares)).sum() == pytest.approx(whole)
+
+
+def test_an_error_of_the_whole_session_is_shared_by_all_of_many_holds() -> None:
+    """200 holds whose biases wander together, against the full matrix."""
+    rng = np.random.default_rng(2)
+    count = 200
+    direction = rng.standard_normal((count, 3))
+    up = direction / np.linalg.norm(direction, axis=1)[:, None]
+    number, unknown = np.arange(count), np.full((count, 3), np.nan)
+    time = np.asarray(10.0 * number, np.float64)
+    where = Circumstances(unknown, unknown, np.zeros(count), time, unknown, np.zeros(count))
+    spans = np.column_stack([time, time + 5.0])
+    labels = RowLabels(number, 0 * number, number, number, time, spans, 0 * number)
+    wander = 2e-4 * rng.standard_normal((count, 4))
+    own = np.full(count, 1e-8)
+    source = GravityMagnitude(STANDARD_GRAVITY * up, own, where, STANDARD_GRAVITY, labels, wander)
+    none = Terms("accelerometer", ())
+    rows = source.at(Parameters(np.eye(3), np.zeros(3)), none)
+    independent = decorrelation((source,), (rows,))
+    flat = (up[:, :, None] * wander[:, None, :]).reshape(count, -1)
+    covariance = np.diag(rows.own) + flat @ flat.T
+    found = independent.scaled(independent.own(rows.own), np.eye(count))
+    assert found == pytest.approx(covariance, abs=1e-9 * covariance.max())
 
 
 def _experiment() -> tuple[Session, GyroscopeExperiment]:

@@ -105,6 +105,17 @@ def test_six_tilted_poses_cover_with_the_angles_that_they_leave_nominal(again: b
     _check(inside, repetitions)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_one_degree_of_freedom_gives_standard_errors(seed: int) -> None:
+    """Six faces and one of them again; a sum of leverages is one but for its last bit."""
+    rng = np.random.default_rng(seed)
+    up = tilted(np.concatenate([SIX, SIX[:1]]), 1.0, rng)
+    noise = SIGMA * rng.standard_normal(up.shape)
+    fit = fit_accelerometer(holds_of(random_triangular(rng), up, noise=noise), GRAVITY, "m/s^2")
+    assert fit.degrees_of_freedom == 1
+    assert all(one.standard_error is not None for one in fit.parameters if one.value != 0.0)
+
+
 def test_repeats_cover_by_their_own_degrees_of_freedom() -> None:
     """The six faces twice: six degrees of freedom from the repeats alone."""
     rng, repetitions = np.random.default_rng(2), 60

@@ -1,7 +1,6 @@
 """A small recording with a hidden effect, fitted once."""
 
 from collections.abc import Iterator
-from copy import deepcopy
 from pathlib import Path
 
 import pytest
@@ -18,10 +17,8 @@ from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
+from tests.conftest import few_draws
 from tests.estimate.whole_session import Session
-
-SIMULATIONS = significance.SIMULATIONS
-"""As the program makes them: imported before any test makes fewer."""
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -62,6 +59,10 @@ def sizes_found_roughly(rough_sizes_throughout: None) -> None:
     del rough_sizes_throughout
 
 
+SIMULATIONS = significance.SIMULATIONS
+"""As the program makes them: imported before any test makes fewer."""
+
+
 def fitted(path: Path, hidden: str, rotations: int) -> FitReport:
     """The fit of 18 poses of a virtual IMU with this effect."""
     simulate_recording(path, hidden=[hidden], seed=3, rotations=rotations)
@@ -95,11 +96,19 @@ def aligned(turned: Readings) -> FitReport:
 
 def looked_at(benches: Benches, *each: Bench) -> Benches:
     """Benches whose snapshots are made with all simulations, whichever test asks first."""
-    with pytest.MonkeyPatch.context() as patch:
+    with few_draws(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(significance, "SIMULATIONS", SIMULATIONS)
         for bench in each:
             bench_snapshot(benches, bench)
     return benches
+
+
+def fresh(benches: Benches) -> Benches:
+    """Benches whose models a test may change; what was found of the present ones is shared."""
+    other = benches.copied()
+    for bench in other.opened.values():
+        bench._refused = dict(bench._refused)
+    return other
 
 
 @pytest.fixture(scope="session")
@@ -121,7 +130,7 @@ def sagging_benches(sagging: FitReport) -> Benches:
 @pytest.fixture
 def benches(bent_benches: Benches) -> Benches:
     """The accelerometer that bends, with the base model."""
-    return deepcopy(bent_benches)
+    return fresh(bent_benches)
 
 
 @pytest.fixture
@@ -133,4 +142,4 @@ def bench(benches: Benches) -> Bench:
 @pytest.fixture
 def sagged(sagging_benches: Benches) -> Benches:
     """The gyroscope that feels gravity, beside its accelerometer."""
-    return deepcopy(sagging_benches)
+    return fresh(sagging_benches)

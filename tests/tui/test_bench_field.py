@@ -1,6 +1,5 @@
 """The magnetometer on the bench's screen: pictures, lesson, adding, and what to measure next."""
 
-from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
@@ -12,6 +11,7 @@ from imucal_wizard.diagnose.views import most_telling, opening_view
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.diagnose.recordings import tumbled
 from tests.tui.bench_steps import app_with
+from tests.tui.conftest import fresh, looked_at
 from tests.tui.terminals import LARGE, USUAL
 from tests.tui.waiting import seen, shows
 
@@ -21,17 +21,14 @@ def ranked() -> Benches:
     """A board whose current is felt on x, with every sensor as it is shown."""
     made = tumbled("magnetometer/current:0.3:x")
     benches = Benches(made.report, made.readings)
-    for sensor in benches.sensors:
-        bench = benches.bench(sensor)
-        assert bench is not None
-        bench_snapshot(benches, bench)
-    return benches
+    every = [bench for sensor in benches.sensors if (bench := benches.bench(sensor)) is not None]
+    return looked_at(benches, *every)
 
 
 @pytest.fixture
 def drawing(ranked: Benches) -> Benches:
     """The same board, with the base model."""
-    return deepcopy(ranked)
+    return fresh(ranked)
 
 
 async def to_the_field(pilot: Pilot[Any]) -> None:

@@ -111,14 +111,14 @@ SAID = (46, 3)
 """Columns and rows for the words of a step in the smallest terminal."""
 
 
-@pytest.mark.parametrize("name", list(measuring()))
-def test_what_is_to_be_done_fits_the_smallest_terminal(name: str) -> None:
+def test_what_is_to_be_done_fits_the_smallest_terminal() -> None:
     """Progress, the way and the detail; the reason may be left out. The field has more rows."""
-    status = present(measuring()[name])
     width, height = SAID
-    if status.step is not StepKind.FIELD:
-        words = [text for text in (status.guidance, status.detail) if text]
-        assert 1 + sum(len(wrapped(text, width)) for text in words) <= height, words
+    for name, moment in measuring().items():
+        status = present(moment)
+        if status.step is not StepKind.FIELD:
+            words = [text for text in (status.guidance, status.detail) if text]
+            assert 1 + sum(len(wrapped(text, width)) for text in words) <= height, (name, words)
 
 
 NOTHING = StreamStatus(source="/dev/ttyACM0")

@@ -5,8 +5,9 @@ on such latent errors (of variance one) the rows of one kind have the covariance
 ``Σ = diag(own) + L Lᵀ = Q Λ Qᵀ``; the rows ``Qᵀ r`` have the variances Λ and are independent. What
 a variance component adds to all rows alike, ``Σ + e I``, is added to Λ: Q stays as it is.
 
-Only neighbours in time share noise. Long sessions are cut into pieces, so that the cost grows with
-the number of rows; a latent error on a cut counts as two.
+Where only neighbours in time share noise, long sessions are cut into pieces, so that the cost grows
+with the number of rows; a latent error on a cut counts as two. Rows that share an error of the
+whole session, as slow noise and rounding make it, stay together.
 """
 
 import itertools
@@ -21,6 +22,9 @@ from imucal_wizard.model.rows.source import Rows, RowSource
 MAX_PIECE = 120
 """Rows of a piece: sixty rotations. One hold in sixty is cut, which costs less than 1 % of the
 information in the shared noise."""
+MAX_WHOLE = 1000
+"""Rows of a piece where a latent error reaches over more than ``MAX_PIECE`` of them: so many cost
+a fifth of a second. More are cut, and standard errors are then too large."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +154,8 @@ def decorrelation(sources: Sequence[RowSource], rows: Sequence[Rows]) -> Decorre
         loading = one.loading()
         if loading is not None:
             order = np.argsort(source.labels.time, kind="stable")
-            count = -(-len(order) // MAX_PIECE)
+            far = _reach(loading.latent[order]) > MAX_PIECE
+            count = -(-len(order) // (MAX_WHOLE if far else MAX_PIECE))
             # both rows of a rotation stay together
             borders = 2 * (np.linspace(0, len(order), count + 1).astype(int) // 2)
             borders[-1] = len(order)
@@ -165,3 +170,13 @@ def decorrelation(sources: Sequence[RowSource], rows: Sequence[Rows]) -> Decorre
                 pieces.append((first + part, mixed, np.maximum(values, one.own[part].min())))
         first += len(one.own)
     return Decorrelation(tuple(pieces))
+
+
+def _reach(latent: IntArray) -> int:
+    """Over how many rows the farthest latent error reaches; numbers of them in order, (n, k)."""
+    row = np.repeat(np.arange(len(latent)), latent.shape[1])
+    first = np.full(int(latent.max(initial=0)) + 1, len(latent))
+    last = np.zeros(len(first), np.int64)
+    np.minimum.at(first, latent.ravel(), row)
+    np.maximum.at(last, latent.ravel(), row)
+    return int((last - first).max()) + 1

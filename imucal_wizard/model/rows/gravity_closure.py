@@ -118,7 +118,7 @@ class ClosureRows(Rows):
         """``L dt`` of each step, s, shape (9, s)."""
         return attitude_means(*self._attitudes.each) * self._source.samples.dt
 
-    @property
+    @cached_property
     def lever(self) -> FloatArray:  # type: ignore[override]  # computed when it is asked for
         """See ``Rows``: the seconds that a rate error on each axis acts."""
         first = self._source.samples.step_offsets[:-1]
@@ -222,7 +222,7 @@ class ClosureRows(Rows):
         latent = np.repeat(np.concatenate([latent, own], axis=1), 2, axis=0)
         return Loading(latent, np.concatenate([size * self.tilts, self._uneven()], axis=1))
 
-    @property
+    @cached_property
     def tilts(self) -> FloatArray:
         """See ``Rows``: along two directions across up, the same for all rotations of a hold."""
         source = self._source

@@ -170,17 +170,27 @@ class ResidualTable:
 
         Their own, and those of the rotations that begin or end in one of these holds.
         """
-        return np.isin(self.item, items) | self._joins(items).any(axis=1)
+        return np.isin(self.item, items) | self.joins(items).any(axis=(0, 2))
 
-    def tilted(self, hold: int) -> FloatArray:
-        """How the rows move with up as it is measured in a hold: two components, rad, (n, 2)."""
+    def tilted(self, items: Sequence[int]) -> FloatArray:
+        """How the rows move with up as it is measured in holds, k items.
+
+        Returns:
+            Along two components, rad, shape (k, n, 2).
+        """
         each = np.concatenate([one.tilts for one in self.at]).reshape(-1, 2, 2)
-        return np.asarray((each * self._joins([hold])[:, :, None]).sum(axis=1))
+        return np.asarray(np.einsum("kne,nec->knc", self.joins(items).astype(float), each))
 
-    def _joins(self, items: Sequence[int]) -> BoolArray:
-        """Whether the hold before and the hold after each row's rotation are of these, (n, 2)."""
-        holds = self.index[~self.moving & np.isin(self.item, items)]
-        return np.isin(np.concatenate([one.joined for one in self.sources]), holds)
+    def joins(self, items: Sequence[int]) -> BoolArray:
+        """Whether the hold before and the hold after each row's rotation is each of k items.
+
+        Returns:
+            Shape (k, n, 2).
+        """
+        row = (self.item == np.reshape(items, (-1, 1))).argmax(axis=1)
+        joined = np.concatenate([one.joined for one in self.sources])
+        own = joined == self.index[row][:, None, None]
+        return np.asarray(own & ~self.moving[row][:, None, None])
 
     def design_columns(self, terms: Sequence[Term]) -> FloatArray:
         """Derivative of the residual by the sizes of effects in turn, per shown unit, (n, p)."""
