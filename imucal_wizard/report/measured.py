@@ -20,7 +20,7 @@ import numpy as np
 from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -35,9 +35,11 @@ SAMPLES_PER_INCREMENT = (32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
 """Tried in turn until the error is small enough."""
 INCREMENT_DIGITS = 10
 """Decimal digits of an increment below the largest of its rotation."""
-MAX_FIELD_MEANS = 200
-"""Means of a magnetometer in the file: the rows of the fit, each in parts if there are few, and
-only some, spread evenly, if there are more."""
+MAX_FIELD_MEANS = 800
+"""Means of a magnetometer in the file; of more, every second row of the fit, or every third …"""
+MAX_SHORTENED = 5e-4
+"""Share by which a mean of the field may be shorter than the field: beyond it, the device turns too
+far for one mean to stand for the magnitude under any other calibration."""
 
 
 class HoldMeans(msgspec.Struct, frozen=True):
@@ -160,6 +162,7 @@ class FieldMean(msgspec.Struct, frozen=True):
         temperature: °C, or None.
         current: of the board, or None.
         group: number of the row of the fit that it is a part of; None in older files.
+        session_time: s after the session's first sample; None in older files.
     """
 
     time: float
@@ -169,6 +172,7 @@ class FieldMean(msgspec.Struct, frozen=True):
     temperature: float | None = None
     current: float | None = None
     group: int | None = None
+    session_time: float | None = None
 
 
 class TableMeans(msgspec.Struct, frozen=True):
@@ -458,34 +462,37 @@ def field_means(report: FitReport) -> list[FieldMean]:
     """What the magnetometer's fit is made of."""
     if report.magnetic is None:
         return []
-    pieces = report.magnetic.data.pieces
+    pieces, since_first = report.magnetic.data.pieces, report.magnetic.data.samples.time
     matrix, bias = report.magnetic.fit.matrix, report.magnetic.fit.bias
     sizes = np.linalg.norm((pieces.reading - bias) @ matrix.T, axis=1) + pieces.extra
-    lengths = np.diff(pieces.offsets)
-    count = len(lengths)
-    kept = np.linspace(0, count - 1, min(count, MAX_FIELD_MEANS)).round().astype(int).tolist()
-    found = []
-    for group in kept:
-        rows = np.arange(*pieces.offsets[group : group + 2])
-        parts = max(MAX_FIELD_MEANS * len(rows) // len(pieces.time), 1)
-        for part in np.array_split(rows, parts):
-            samples = pieces.count[part]
-            reading, size, time, beside = (
-                np.average(one[part], axis=0, weights=samples)
-                for one in (pieces.reading, sizes, pieces.time, pieces.beside)
+
+    def means(group: int, rows: IntArray) -> list[FieldMean]:
+        samples = pieces.count[rows]
+        reading, size, time, beside, since = (
+            np.average(one[rows], axis=0, weights=samples)
+            for one in (pieces.reading, sizes, pieces.time, pieces.beside, since_first)
+        )
+        shortened = float(size - np.linalg.norm(matrix @ (reading - bias)))
+        if len(rows) > 1 and abs(shortened) > MAX_SHORTENED * size:
+            half = len(rows) // 2
+            return means(group, rows[:half]) + means(group, rows[half:])
+        return [
+            FieldMean(
+                time=float(time),
+                reading=reading.tolist(),
+                shortened=shortened,
+                samples=int(samples.sum()),
+                temperature=finite_or_none(beside[0]),
+                current=finite_or_none(beside[1]),
+                group=group,
+                session_time=float(since),
             )
-            found.append(
-                FieldMean(
-                    time=float(time),
-                    reading=reading.tolist(),
-                    shortened=float(size - np.linalg.norm(matrix @ (reading - bias))),
-                    samples=int(samples.sum()),
-                    temperature=finite_or_none(beside[0]),
-                    current=finite_or_none(beside[1]),
-                    group=group,
-                )
-            )
-    return found
+        ]
+
+    edges = pairwise(pieces.offsets)
+    found = [means(group, np.arange(*ends)) for group, ends in enumerate(edges)]
+    every = -(-sum(map(len, found)) // MAX_FIELD_MEANS)
+    return [mean for group in found[::every] for mean in group]
 
 
 def _calm_fields(report: FitReport) -> dict[int, list[float]]:

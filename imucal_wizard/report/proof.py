@@ -234,7 +234,12 @@ class Proof:
             force=nothing,
             rate=nothing,
             temperature=np.array([or_nan(one.temperature) for one in means]),
-            time=np.array([one.time for one in means]) - means[0].time,
+            time=np.array(
+                [
+                    one.time - means[0].time if one.session_time is None else one.session_time
+                    for one in means
+                ]
+            ),
             previous=np.full((count, 3), np.nan),
             vibration=np.zeros(count),
             magnetic=nothing,

@@ -142,9 +142,16 @@ def test_the_magnetometers_means_have_the_size_of_the_field(tmp_path: Path) -> N
     field = sensor.apply(np.array([one.reading for one in made.field_means]))
     size = np.linalg.norm(field, axis=1) + [one.shortened for one in made.field_means]
     assert np.std(size) < 0.01 * np.mean(size)
-    # one statistic under one name
+    # one statistic under one name, also of a drift that counts from the first sample
     error = Proof(made).errors(own(made), frame=False)["magnetometer"]
     assert error == pytest.approx(sensor.rms_fitted, rel=0.01)
+    benches = tumbled("magnetometer/bias-drift:0.3:x")
+    bench = benches.bench("magnetometer")
+    assert bench is not None
+    bench.add("bias-drift")
+    made = saved(benches, tmp_path)
+    error = Proof(made).errors(own(made), frame=False)["magnetometer"]
+    assert error == pytest.approx(made["magnetometer"].rms_fitted, rel=0.03)
     assert any(hold.magnetometer is not None for hold in made.hold_means)
 
 
