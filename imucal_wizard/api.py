@@ -36,6 +36,8 @@ from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.input import is_file
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.core.units import (
+    FIELD_ON_EARTH,
+    FIELD_ON_EARTH_TEXT,
     GRAVITY_ON_EARTH,
     GRAVITY_ON_EARTH_TEXT,
     STANDARD_GRAVITY,
@@ -425,11 +427,13 @@ def calibrate(
 
     Raises:
         DataError: the data do not determine a calibration, or cannot show a term.
-        UsageError: a term or sensor is not known, or the gravity is not one of the Earth.
+        UsageError: a term or sensor is not known, or gravity or field is not one of the Earth.
     """
     chosen = _by_sensor(methods)
     if gravity is not None and not GRAVITY_ON_EARTH[0] <= gravity <= GRAVITY_ON_EARTH[1]:
         raise UsageError(f"{gravity:g} is not {GRAVITY_ON_EARTH_TEXT}", settings=("gravity",))
+    if field is not None and not FIELD_ON_EARTH[0] <= field <= FIELD_ON_EARTH[1]:
+        raise UsageError(f"{field:g} is not {FIELD_ON_EARTH_TEXT}", settings=("field",))
     options = FitOptions(
         recording.gravity if gravity is None else gravity,
         chosen.get("accelerometer", FitOptions.method),

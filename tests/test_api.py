@@ -2,6 +2,7 @@
 
 import doctest
 import lzma
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -81,7 +82,17 @@ def test_the_package_alone_imports_neither_numpy_nor_textual() -> None:
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-@pytest.mark.parametrize("gravity", [-1.0, 0.0, 981.0])
-def test_a_gravity_that_is_none_of_the_earth_is_refused(folder: Path, gravity: float) -> None:
-    with pytest.raises(UsageError, match="not a gravity on Earth"):
-        iw.calibrate(iw.read(folder / "imu.csv"), gravity=gravity)
+@pytest.mark.parametrize("size", [-1.0, 0.0, 981.0, math.nan])
+def test_a_gravity_or_a_field_that_is_none_of_the_earth_is_refused(
+    folder: Path, size: float
+) -> None:
+    recording = iw.read(folder / "imu.csv")
+    with pytest.raises(UsageError, match=r"it lies between 9\.75 and 9\.84") as no:
+        iw.calibrate(recording, gravity=size)
+    assert no.value.settings == ("gravity",)
+    with pytest.raises(UsageError, match="the Earth's field; it lies between 20 and 70") as no:
+        iw.calibrate(recording, field=size)
+    assert no.value.settings == ("field",)
+    for nearly in (9.74, 9.85):
+        with pytest.raises(UsageError, match="not a gravity on Earth"):
+            iw.calibrate(recording, gravity=nearly)

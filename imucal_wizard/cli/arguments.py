@@ -20,6 +20,8 @@ from imucal_wizard.core.output import (
 )
 from imucal_wizard.core.units import (
     COUNT,
+    FIELD_ON_EARTH,
+    FIELD_ON_EARTH_TEXT,
     GRAVITY_ON_EARTH,
     GRAVITY_ON_EARTH_TEXT,
     STANDARD_GRAVITY,
@@ -283,7 +285,7 @@ def add_field(parser: argparse.ArgumentParser) -> None:
     """The option for the magnitude of the local field, which sets the magnetometer's scale."""
     parser.add_argument(
         "--field",
-        type=_between(20.0, 70.0, "the Earth's field; it lies between 22 and 67 µT"),
+        type=_between(*FIELD_ON_EARTH, FIELD_ON_EARTH_TEXT),
         metavar="UT",
         help="magnitude of the local magnetic field, µT; without it the magnetometer's matrix has "
         "determinant 1",

@@ -18,7 +18,6 @@ from imucal_wizard.cli.outcome import answer, spare, write_json
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.input import read_document
 from imucal_wizard.core.output import say
-from imucal_wizard.core.quantities import quantity
 
 if TYPE_CHECKING:
     from imucal_wizard.report.exports import Exported, ExportSettings, ExportTarget
@@ -105,29 +104,16 @@ def _export(arguments: Namespace) -> int:
     done = api.export(calibration, target.name, path, _settings(arguments))
     if arguments.json:
         write_json(export_document(done), arguments.json)
-    worse = [name for name, one in done.sensors.items() if one.worse_than_none]
-    if arguments.port and not worse:
+    sent = arguments.port and not done.worse
+    if sent:
         _write_back(arguments, target, done)
-    if arguments.json == STANDARD_OUT:
-        return 1 if worse else 0
-    say(f"{target.title}\n  {done.formula}\n  {done.direction}")
-    for text in done.cannot_hold:
-        say(f"  cannot hold: {text}")
-    for text in done.notes:
-        say(f"  note: {text}")
-    if not done.sensors:
-        say("  not proven: this calibration file has no holds to apply the export to")
-    for name, one in done.sensors.items():
-        before = "" if one.rms_before is None else f"before {quantity(one.rms_before, one.unit)}, "
-        full, exported = (quantity(e, one.unit) for e in (one.rms_calibration, one.rms_exported))
-        say(f"  error of the {name}: {before}calibration {full}, exported {exported}")
-    for place in done.files:
-        say(f"written: {place}")
-    if arguments.port and not worse:
-        say(f"written to the board on {arguments.port}: its echo says the same")
-    for name in worse:
-        say(f"▲ what this file holds of the {name} is worse than no calibration: do not use it")
-    return 1 if worse else 0
+    if arguments.json != STANDARD_OUT:
+        say(target.title)
+        for kind, text in done.lines():
+            say(text if kind in ("file", "worse") else f"  {text}")
+        if sent:
+            say(f"written to the board on {arguments.port}: its echo says the same")
+    return 1 if done.worse else 0
 
 
 def _write_back(arguments: Namespace, target: "ExportTarget", done: "Exported") -> None:

@@ -11,7 +11,13 @@ from pathlib import Path
 from pkgutil import iter_modules
 
 from imucal_wizard.core.errors import ImucalError, UsageError
-from imucal_wizard.core.output import note, replace_unencodable_output, without_control_characters
+from imucal_wizard.core.output import (
+    note,
+    readers_may_leave,
+    replace_unencodable_output,
+    say,
+    without_control_characters,
+)
 from imucal_wizard.run.faults import hide_tracebacks, print_faults
 
 OPTIONS = {
@@ -87,8 +93,9 @@ def _end_at_once(status: int) -> None:
     if waiting or atexit._ncallbacks():  # there is no public name for it
         return
     try:
-        sys.stdout.flush()
-        sys.stderr.flush()
+        for stream in (sys.stdout, sys.stderr):
+            with readers_may_leave(stream):
+                stream.flush()
     except (OSError, ValueError):
         return
     os._exit(status)
@@ -103,20 +110,16 @@ def _status(arguments: Sequence[str]) -> int:
     except KeyboardInterrupt:
         print("imucal-wizard: stopped", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        # the reader of the output has closed it
-        sys.stderr.close()
-        return 0
 
 
 def _dispatch(arguments: list[str]) -> int:
     if arguments[:1] in (["-h"], ["--help"], ["help"]):
-        print(usage())
+        say(usage())
         return 0
     if arguments[:1] == ["--version"]:
         from imucal_wizard import __version__
 
-        print(f"imucal-wizard {__version__}")
+        say(f"imucal-wizard {__version__}")
         return 0
     command, names = "wizard", command_names()
     if arguments and arguments[0] in names:

@@ -23,6 +23,7 @@ from imucal_wizard.core.output import (
     begins_otherwise,
     encode_json,
     note,
+    readers_may_leave,
     say,
     write_atomically,
 )
@@ -185,8 +186,9 @@ def write_json(document: object, place: str) -> None:
     """
     data = encode_json(document)
     if place == STANDARD_OUT:
-        sys.stdout.buffer.write(data)
-        sys.stdout.buffer.flush()
+        with readers_may_leave(sys.stdout):
+            sys.stdout.buffer.write(data)
+            sys.stdout.buffer.flush()
         return
     write_atomically(Path(place), data)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from imucal_wizard.cli.arguments import Parser, add_sensor, add_speed, positive
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.core.output import note
+from imucal_wizard.core.output import note, say
 
 if TYPE_CHECKING:  # numpy is imported after the options are checked
     from imucal_wizard.simulate.hand import VirtualHand
@@ -61,7 +61,7 @@ def run(argv: Sequence[str]) -> int:
         magnetometer=arguments.magnetometer,
     )
     pty, stopping = Pty(), threading.Event()
-    print(pty.path, flush=True)
+    say(pty.path, flush=True)
     if sys.stdin.isatty():
         note(
             f"Open it in another terminal: imucal-wizard --port {pty.path}\n"

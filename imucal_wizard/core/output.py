@@ -9,7 +9,7 @@ import unicodedata
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
 from imucal_wizard.core.errors import PlaceError, UsageError
 from imucal_wizard.core.notices import Notice
@@ -28,9 +28,24 @@ def without_control_characters(text: str) -> str:
     )
 
 
-def say(text: str) -> None:
+def say(text: str, *, flush: bool = False) -> None:
     """Write lines to standard output."""
-    print(without_control_characters(text))
+    with readers_may_leave(sys.stdout):
+        print(without_control_characters(text), flush=flush)
+
+
+@contextmanager
+def readers_may_leave(stream: TextIO) -> Iterator[None]:
+    """Go on if the reader of a stream has closed it, like ``head``: there are files to write.
+
+    What follows on this stream goes to nobody.
+    """
+    try:
+        yield
+    except BrokenPipeError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
 
 
 def note(text: str) -> None:
@@ -40,7 +55,8 @@ def note(text: str) -> None:
         with suppress(OSError, ValueError):  # of a terminal without a width
             width = os.get_terminal_size(error.fileno()).columns
             text = "\n".join(_between_words(row, width) for row in text.split("\n"))
-    print(text, file=error)
+    with readers_may_leave(error):
+        print(text, file=error)
 
 
 def _between_words(row: str, width: int) -> str:

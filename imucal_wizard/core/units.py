@@ -6,9 +6,13 @@ from imucal_wizard.core.errors import UsageError
 
 STANDARD_GRAVITY = 9.80665
 """Conventional gravity, m/s² (CGPM 1901)."""
-GRAVITY_ON_EARTH = (9.7, 9.9)
-"""Limits of what is taken for a local gravity, m/s²."""
-GRAVITY_ON_EARTH_TEXT = "a gravity on Earth; it lies between 9.76 and 9.84 m/s²"
+GRAVITY_ON_EARTH = (9.75, 9.84)
+"""Limits of what is taken for a local gravity, m/s²: from a height of 9 km at the equator to the
+sea at the poles."""
+GRAVITY_ON_EARTH_TEXT = "a gravity on Earth; it lies between 9.75 and 9.84 m/s²"
+FIELD_ON_EARTH = (20.0, 70.0)
+"""Limits of what is taken for the magnitude of the Earth's field, µT."""
+FIELD_ON_EARTH_TEXT = "the Earth's field; it lies between 20 and 70 µT"
 
 COUNT = "count"
 """Unit of a reading whose scale is unknown before the fit."""

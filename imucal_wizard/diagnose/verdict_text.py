@@ -11,7 +11,14 @@ import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
 from imucal_wizard.core.notices import NoticeKind, of_kind
-from imucal_wizard.core.quantities import as_sentence, listed, number, quantity, size_with_unit
+from imucal_wizard.core.quantities import (
+    as_sentence,
+    listed,
+    number,
+    plural,
+    quantity,
+    size_with_unit,
+)
 from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
 from imucal_wizard.diagnose.change_text import Judged, change_held_out, why_not_confirmed
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
@@ -479,7 +486,7 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     assert repeats is not None, "repeats were tested"  # noqa: S101 (narrows the type)
     size, within = quantity(repeats.rms, floors.unit), _within(floors)
     low, high = (quantity(one, floors.unit) for one in repeats.interval)
-    interval = f"90 % interval {low} to {high}, {repeats.freedom} degrees of freedom"
+    interval = f"90 % interval {low} to {high}, {plural(repeats.freedom, 'degree')} of freedom"
     what, noise = "pose", "noise within a hold"
     if not bench.measured.at_rest:
         what, noise = "direction of the field", "noise of its samples"

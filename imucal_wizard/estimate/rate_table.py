@@ -121,7 +121,14 @@ class RateTableExperiment(Movable):
         self.sources = (self.table,)
         if data.rests:
             self.rest = self._rests()
-            self.circumstances = self.rest.circumstances.joined(self.table.circumstances)
+            where, of_table = self.rest.circumstances, self.table.circumstances
+            self.circumstances = where.joined(of_table)
+            own = replace(
+                of_table,
+                reference_time=where.reference_time,
+                reference_temperature=where.reference_temperature,
+            )
+            self.table = replace(self.table, circumstances=own)  # one reference in all rows
             self.sources = (self.rest, self.table)
 
     def _rests(self) -> RateAtRest:

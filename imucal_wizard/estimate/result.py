@@ -119,7 +119,7 @@ def worse_than_none(
         sensor: its name.
         bias_unit: unit of the readings.
         unit: of the errors.
-        before: rms error with the nominal conversion only.
+        before: rms error before the calibration.
         fitted: of the data fitted, which counts where nothing could be held out.
         held_out: of data held out.
         freedom: degrees of freedom of the fit, where nothing could be held out: few of them may
@@ -199,6 +199,13 @@ def unchecked_scale(
     )
 
 
+def uncalibrated(bias_unit: str) -> str:
+    """By what readings are corrected for the error before a calibration, in words."""
+    if bias_unit == COUNT:
+        return "one common scale and a bias fitted to these readings, since counts have no unit"
+    return "the nominal conversion alone, without any calibration"
+
+
 def beyond_limit(error: float, could_be: float | None, limit: float, unit: str) -> str:
     """Why the errors of a calibration are not within the limit of use; "" if they are.
 
@@ -231,7 +238,7 @@ class SensorFit:
         parameters: all parameters, determined or not.
         unit: unit of the errors below: ``m/s^2`` or ``rad``; of the magnetometer ``uT``, or its
             reading's unit where the field's size is not known.
-        rms_before: error with the nominal conversion only; None where there is none.
+        rms_before: error before the calibration, see ``uncalibrated``; None where there is none.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time; None where none can
             be left out.
@@ -333,7 +340,7 @@ class SensorFit:
         """What ``rms_before`` is where there is no nominal conversion, or ""."""
         if self.bias_unit != COUNT or self.rms_before is None:
             return ""
-        return "“before” uses one common scale and a bias, since counts have no unit"
+        return f"“before” uses {uncalibrated(self.bias_unit)}"
 
     @property
     def error_and_floor(self) -> tuple[float | None, float | None, str]:

@@ -15,7 +15,7 @@ import numpy as np
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import SI_UNIT, STANDARD_GRAVITY
+from imucal_wizard.core.units import COUNT, SI_UNIT, STANDARD_GRAVITY
 from imucal_wizard.model.effects.bias_temperature import BiasTemperature
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Sensor
 from imucal_wizard.report.proof import Correction, Samples
@@ -23,6 +23,8 @@ from imucal_wizard.report.proof import Correction, Samples
 USUAL_COUNTS_PER_G = 2048.0
 """Of most accelerometers of flight controllers."""
 
+MAX_FROM_NOMINAL = 0.05
+"""Relative difference of a scale from the nominal one: data sheets allow 3 %."""
 _READS = "# one g reads nominally "
 ASSUMED = (
     "the controller is assumed to have applied no correction during the recording; if it did, "
@@ -77,12 +79,33 @@ def warming(name: str, sensor: Sensor) -> tuple[FloatArray, float] | None:
     return None
 
 
-def one_g(sensor: Sensor) -> float:
-    """What 1 g reads nominally: in counts the nearest power of two, as the ranges of chips are."""
+def one_g(sensor: Sensor, stated: float | None) -> float:
+    """What 1 g reads nominally.
+
+    In counts that is what the controller has, if the readings may be its own, or else the nearest
+    power of two, as the ranges of most chips are.
+
+    Args:
+        sensor: the accelerometer.
+        stated: counts per g of the controller, or None.
+
+    Raises:
+        UsageError: the readings are near neither, so that nobody knows their nominal scale.
+    """
     if sensor.bias_unit == SI_UNIT["accelerometer"]:
         return STANDARD_GRAVITY
     reads = STANDARD_GRAVITY / abs(np.linalg.det(sensor.matrix)) ** (1.0 / 3.0)
-    return float(2.0 ** round(float(np.log2(reads))))
+    usual = float(2.0 ** round(float(np.log2(reads))))
+    known = (stated or usual, usual)
+    near = [one for one in known if abs(reads / one - 1.0) < MAX_FROM_NOMINAL]
+    if not near:
+        raise UsageError(
+            f"1 g reads {reads:.4g} counts, and most chips have a power of two ({usual:g}): the "
+            "nominal scale of these readings is not known. If they are those of the controller, "
+            "state its counts per g; otherwise calibrate readings in m/s²",
+            settings=("counts_per_g",),
+        )
+    return near[0]
 
 
 def head(calibration: Calibration) -> str:
@@ -104,8 +127,12 @@ class Counts:
 
     @classmethod
     def of(cls, sensor: Sensor, counts_per_g: float | None) -> "Counts":
-        """Of an accelerometer, for a controller with so many counts or the usual number."""
-        return cls(one_g(sensor), counts_per_g or USUAL_COUNTS_PER_G)
+        """Of an accelerometer, for a controller with so many counts or the usual number.
+
+        Raises:
+            UsageError: nobody knows the nominal scale of the readings.
+        """
+        return cls(one_g(sensor, counts_per_g), counts_per_g or USUAL_COUNTS_PER_G)
 
     @classmethod
     def read(cls, data: bytes) -> "Counts":
@@ -146,11 +173,17 @@ def read_counts(
     return {"accelerometer": correct}
 
 
-def notes_of_counts(counts_per_g: float | None, present: bytes | None) -> tuple[str, ...]:
+def notes_of_counts(
+    calibration: Calibration, counts_per_g: float | None, present: bytes | None
+) -> tuple[str, ...]:
     """What a controller that counts leaves open."""
     notes = ["the controller measures the gyroscope's bias itself at every start"]
+    sensor = calibration["accelerometer"]
+    g = Counts.of(sensor, counts_per_g)
     if counts_per_g is None:
-        notes.append(f"1 g is taken for {USUAL_COUNTS_PER_G:g} counts in the controller")
+        notes.append(f"1 g is taken for {g.there:g} counts in the controller")
+    if sensor.bias_unit == COUNT:
+        notes.append(f"1 g is taken for {g.here:g} counts in the readings")
     if present is None:
         notes.append(ASSUMED)
     return tuple(notes)

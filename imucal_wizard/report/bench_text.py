@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.quantities import (
     number,
+    plural,
     plus_minus,
     quantity,
     readable,
@@ -353,7 +354,7 @@ def _floors(rung: Rung) -> str:
     if found is not None:
         word = "within the noise" if found.repeatable else "more than the noise"
         rms = quantity(found.rms, found.unit)
-        repeats = f"{rms} ({found.freedom} degrees of freedom), {word}"
+        repeats = f"{rms} ({plural(found.freedom, 'degree')} of freedom), {word}"
     place = "within directions" if floors.unit == "uT" else "at rest: within holds"
     within = quantity(floors.within, floors.unit)
     if floors.slow:

@@ -159,7 +159,8 @@ class Sensor(msgspec.Struct, frozen=True):
         bias_unit: unit of the readings.
         parameters: every parameter by name.
         unit: of the errors below.
-        rms_before: error with the nominal conversion only, or None.
+        rms_before: error with the nominal conversion only; of counts, with one common scale and a
+            bias fitted to these readings; or None.
         rms_fitted: error on the data fitted.
         rms_held_out: error on directions or rotations left out one at a time, or None.
         held_out_interval: between which the rms of new holds or rotations lies nine times in ten,
@@ -225,7 +226,7 @@ class Sensor(msgspec.Struct, frozen=True):
 
     @property
     def error_as_found(self) -> float | None:
-        """Error by the calibration before, or by the nominal conversion; None of counts."""
+        """Error by the calibration before, else ``rms_before``."""
         return self.rms_before if self.as_found is None else self.as_found.error
 
     @property

@@ -19,24 +19,36 @@ from imucal_wizard.core.dates import date_text, seconds_of
 from imucal_wizard.core.description import Location
 from imucal_wizard.core.gravity import GRAVITY_ANOMALY, NORMAL_GRAVITY_SOURCE
 from imucal_wizard.core.quantities import (
+    as_sentence,
     fixed,
     limits_text,
+    listed,
     number,
+    plural,
     quantity,
     readable,
     true_minus,
     unit_sign,
     value_and_error,
 )
+from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.distributions import quantile
+from imucal_wizard.estimate.methods import methods_of
+from imucal_wizard.estimate.result import beyond_limit, uncalibrated
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.report.calibration_file import Calibration, SavedRung, Sensor, Value
 from imucal_wizard.report.certificate_history import item_history
 from imucal_wizard.report.figures import Figure, allan_figure, residual_figure
-from imucal_wizard.report.noise_report import MAX_SHOWN_ERROR, coefficient_rows, usual_units
+from imucal_wizard.report.noise_report import (
+    LONGEST_SHARE,
+    MAX_SHOWN_ERROR,
+    coefficient_rows,
+    usual_units,
+)
 from imucal_wizard.report.proof import Proof, own
+from imucal_wizard.report.text import correction_formula, why_nominal
 from imucal_wizard.sessions.history import DeviceHistory
 
 REPORT_MARK = b'<meta name="generator" content="imucal-wizard report">'
@@ -104,7 +116,7 @@ def certificate(
         lacking=[name for name in calibration.sensors if name not in figures],
         noise=[] if noise is None else _noise(noise),
         history=item_history(history, calibration),
-        measured=_measured(calibration),
+        **_method(calibration),
         gravity_share=None if place is None else number(1e6 * GRAVITY_ANOMALY / place.gravity, 2),
         warnings=calibration.warnings,
         identification=_identification(calibration, path, digest),
@@ -216,7 +228,7 @@ def _gravity_note(calibration: Calibration, place: Location | None) -> str:
     used = calibration.gravity.value
     if place is None:
         note = (
-            "Local gravity differs from standard gravity by up to 0.3 %; it adds the same relative "
+            "Local gravity differs from standard gravity by up to 0.5 %; it adds the same relative "
             "error to all sensitivities of the accelerometer."
         )
         return note if used == STANDARD_GRAVITY else ""
@@ -250,7 +262,7 @@ def _summary_notes(calibration: Calibration) -> list[str]:
     notes: dict[str, list[str]] = {}
     for name, sensor in calibration.sensors.items():
         before = sensor.as_found
-        by = "the nominal conversion alone, without any calibration"
+        by = uncalibrated(sensor.bias_unit)
         if before is not None:
             by = f"the calibration {before.by} of {_date(before.created)}"
         notes.setdefault(f"As found: these readings corrected by {by}", []).append(name)
@@ -265,9 +277,11 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
     freedom, factor = sensor.degrees_of_freedom, _coverage_factor(sensor)
     degrees = "normal distribution: the file states no degrees of freedom"
     if freedom:
-        count = f"more than {MAX_DEGREES}" if freedom > MAX_DEGREES else str(freedom)
-        degrees = f"Student's t, {count} degrees of freedom"
-    rows = [_parameter_row(p, v, sensor) for p, v in sensor.parameters.items()]
+        count = plural(min(freedom, MAX_DEGREES), "degree")
+        more = "more than " if freedom > MAX_DEGREES else ""
+        degrees = f"Student's t, {more}{count} of freedom"
+    nominal = why_nominal(name, sensor.method)
+    rows = [_parameter_row(p, v, sensor, nominal) for p, v in sensor.parameters.items()]
     if not any(row[-1] for row in rows):
         rows = [row[:-1] for row in rows]
     missing = ", ".join(sensor.not_determined)
@@ -294,12 +308,10 @@ def _sensor(name: str, calibration: Calibration) -> dict[str, Any]:
         "uncertainty": f"U: expanded uncertainty, coverage factor k = {fixed(factor, 2)} for a "
         f"coverage probability of about 95 % ({degrees}).",
         "correlated": _correlations(sensor),
-        "not_determined": f"Not determined by these data: {missing}. Each has its nominal value, "
-        "and no uncertainty is stated."
+        "not_determined": f"Nominal, without a stated uncertainty: {missing} ({nominal})."
         if missing
         else "These data determine all parameters of the model.",
-        "formula": "corrected = M · (reading − b)"
-        + (" − effects" if sensor.effects else "")
+        "formula": correction_formula([one.term for one in sensor.effects])
         + f"; readings in {unit_sign(sensor.bias_unit)}, frame: "
         + {"own": "the sensor's own", "accelerometer": "that of the accelerometer"}.get(
             sensor.frame, sensor.frame
@@ -336,17 +348,18 @@ def _graded(sensor: Sensor) -> dict[str, str]:
     if sensor.verdict:
         words = f"The verdict on the model is “{sensor.verdict}”."
     if sensor.limit is not None:
-        within = "within" if sensor.error_as_left <= sensor.limit else "above"
-        words += f" The error as left is {within} the limit of use."
+        limits = sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit
+        beyond = beyond_limit(*limits) or "the error is within the limit of use"
+        words += f" {as_sentence(beyond)}"
     return {"grade": grade.word, "grade_class": str(grade), "why": words}
 
 
-def _parameter_row(name: str, value: Value, sensor: Sensor) -> list[str]:
+def _parameter_row(name: str, value: Value, sensor: Sensor, nominal: str) -> list[str]:
     factor, sign = readable(value.unit)
     uncertainty = expanded(value, sensor)
     label = name.replace("_", " ")
     if uncertainty is None or uncertainty <= 0.0:
-        remark = "nominal, not determined" if not value.carried else "no uncertainty known"
+        remark = f"nominal: {nominal}" if not value.carried else "no uncertainty known"
         return [label, true_minus(f"{value.value * factor:.7g}"), "–", sign, remark]
     texts = value_and_error(value.value * factor, uncertainty * factor)
     return [label, *texts, sign, ""]
@@ -410,9 +423,9 @@ def _figures(calibration: Calibration, effects: Sequence[Effect]) -> dict[str, F
             "number of the rotation",
         ),
         "magnetometer": (
-            "Error of the magnitude of the field in each reading",
-            [f"reading {k + 1}" for k in range(len(calibration.field_means))],
-            "number of the reading",
+            "Error of the magnitude of the field in each group of readings",
+            [f"group {k + 1}" for k in range(len(calibration.field_means))],
+            "number of the group",
         ),
     }
     found = {}
@@ -444,10 +457,86 @@ def _noise(document: Mapping[str, Any]) -> list[dict[str, Any]]:
             if (deviation > 0.0).any():
                 curves[axis] = deviation * factor
         title = f"Allan deviation of the {name}"
-        figure = allan_figure(f"allan-{name}", title, taus, curves, unit) if curves else None
-        rows = coefficient_rows(sensor)
+        longest = LONGEST_SHARE * sensor.get("seconds_at_rest", math.inf)
+        label = f"allan-{name}"
+        figure = allan_figure(label, title, taus, curves, unit, longest) if curves else None
+        rows = coefficient_rows(sensor) if sensor["axes"] else []
         found.append({"title": name.capitalize(), "rows": rows, "figure": figure})
     return found
+
+
+@dataclass(frozen=True)
+class _Basis:
+    """By what a sensor was calibrated, what its scale rests on, and what its error is."""
+
+    references: list[str]
+    traced: list[str]
+    error: str
+
+
+def _method(calibration: Calibration) -> dict[str, Any]:
+    """The method as far as the file shows it, which decides what sentences are printed."""
+    sensors = calibration.sensors
+    published = {n: one.method for n, one in sensors.items() if one.method in methods_of(n)}
+    basis = {name: _BASIS[name](one) for name, one in sensors.items()}
+    references = {name: " and ".join(one.references) for name, one in basis.items()}
+    return {
+        "measured": _measured(calibration),
+        "references": {name: text for name, text in references.items() if text},
+        "traced": listed(
+            list(dict.fromkeys(text for one in basis.values() for text in one.traced))
+        ),
+        "published": published,
+        "fitted": listed([f"the {name}" for name in sensors if name not in published]),
+        "errors": {name: one.error for name, one in basis.items()},
+        "held_out": any(one.rms_held_out is not None for one in sensors.values()),
+        "could_be": any(one.could_be is not None for one in sensors.values()),
+        "verdicts": any(one.verdict for one in sensors.values()),
+        "grades": any(one.grade in list(Grade) for one in sensors.values()),
+        "slow_noise": {
+            name: one.slow_noise_measured
+            for name, one in sensors.items()
+            if one.slow_noise_measured is not None
+        },
+    }
+
+
+def _by_gravity(sensor: Sensor) -> _Basis:
+    del sensor  # all methods of an accelerometer have one reference
+    reference = "The magnitude of gravity at the place"
+    return _Basis([reference], ["the stated gravity"], "that of the magnitude of gravity")
+
+
+def _by_field(sensor: Sensor) -> _Basis:
+    """The size of a field that nobody has stated is among the parameters."""
+    error = "that of the magnitude of the field"
+    if "field" in sensor.parameters or not sensor.parameters:
+        return _Basis(["The magnitude of the field, the same in all orientations,"], [], error)
+    stated = "the stated magnitude of the field"
+    return _Basis([stated.capitalize()], [stated], error)
+
+
+def _by_rotations(sensor: Sensor) -> _Basis:
+    """Of a published method only the error is known."""
+    error = "the angle by which a rotation does not close against gravity"
+    if sensor.unit == "rad/s":
+        error = "that of the rates at rest"
+    elif sensor.frame == "own":
+        error = "that of the angle of each step of the rate table"
+    if sensor.method in methods_of("gyroscope"):
+        return _Basis([], ["the clock"], error)
+    found, traced = [], ["the clock"]
+    if sensor.frame != "own":
+        found.append("the direction of gravity before and after a rotation")
+    if sensor.method.endswith("+ field"):
+        found.append("that of the Earth’s field")
+    if sensor.method.endswith("table"):
+        found.append("the stated rate or angle of each step of the rate table")
+        traced.insert(0, "the stated rates or angles of the rate table")
+    return _Basis([found[0][0].upper() + found[0][1:], *found[1:]], traced, error)
+
+
+_BASIS = {"accelerometer": _by_gravity, "gyroscope": _by_rotations, "magnetometer": _by_field}
 
 
 def _measured(calibration: Calibration) -> str:
@@ -456,7 +545,7 @@ def _measured(calibration: Calibration) -> str:
         "orientations at rest": calibration.holds,
         "rotations between them": calibration.rotations if calibration.holds else 0,
         "steps or turns of a rate table": sum(bool(one.angle) for one in calibration.table_means),
-        "readings of the magnetic field": len(calibration.field_means),
+        "means of readings of the magnetic field kept in the file": len(calibration.field_means),
     }
     counted = [f"{count} {what}" for what, count in counts.items() if count]
     return ", ".join(counted) or "the recording named above"

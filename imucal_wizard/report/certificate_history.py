@@ -7,7 +7,7 @@ from imucal_wizard.core.dates import day_text
 from imucal_wizard.core.quantities import quantity, readable
 from imucal_wizard.report.calibration_file import Calibration
 from imucal_wizard.report.device_history import own_key
-from imucal_wizard.report.history_text import drift_cells, drift_notes, verdict_word
+from imucal_wizard.report.history_text import as_found_note, drift_cells, drift_notes, verdict_word
 from imucal_wizard.sessions.drift import Drift, parameter_drifts
 from imucal_wizard.sessions.history import DeviceHistory
 
@@ -26,6 +26,7 @@ def item_history(history: DeviceHistory | None, calibration: Calibration) -> dic
     drifts = parameter_drifts(history)
     return {
         "calibrations": _calibration_rows(history, calibration),
+        "as_found": as_found_note(history),
         "rechecks": [_recheck_row(one.checked, one.document) for one in history.rechecks],
         "drifts": [
             [sensor, *_drift_row(name, one)]

@@ -10,6 +10,7 @@ import math
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,12 +65,14 @@ class NamedParameters:
         sensors: parameters by sensor and name.
         device: name or serial number, or None.
         own_frame: parameters of sensors with a full matrix, in their own frame.
+        measured: what it was fitted to: the fingerprint of the recording, and its readings.
     """
 
     name: str
     sensors: Mapping[str, Mapping[str, Known]]
     device: str | None = None
     own_frame: Mapping[str, Mapping[str, Known]] = field(default_factory=dict)
+    measured: frozenset[object] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -158,6 +161,14 @@ def _of_calibration(name: str, calibration: Calibration) -> NamedParameters:
             for sensor, record in calibration.sensors.items()
             if record.covariance is not None and any(one == "cross_xy" for one in record.parameters)
         },
+        frozenset(
+            [
+                *([calibration.fingerprint] if calibration.fingerprint else []),
+                *((one.start, *one.accelerometer) for one in calibration.hold_means),
+                *((one.time, *one.reading) for one in calibration.field_means),
+                *((one.start, *one.gyroscope[0]) for one in calibration.table_means),
+            ]
+        ),
     )
 
 
@@ -217,6 +228,11 @@ def differences(
     devices = {one.device for one in files if one.device is not None}
     if len(devices) > 1:
         notes.append(f"these are different devices: {', '.join(sorted(devices))}")
+    if _share(files):
+        notes.append(
+            "these calibrations share measurements: their errors are not independent, so that the "
+            "standard errors of the differences and p do not hold"
+        )
     for sensor in SENSORS:
         tables = [one.sensors.get(sensor, {}) for one in files]
         if all(tables) and any("theta_yz" in one for one in tables):
@@ -241,6 +257,11 @@ def differences(
     if not found:
         raise UsageError("these files have no parameter in common: give calibrations of one sensor")
     return found, notes
+
+
+def _share(files: Sequence[NamedParameters]) -> bool:
+    """Whether two of the files were fitted to the same readings."""
+    return any(one.measured & other.measured for one, other in combinations(files, 2))
 
 
 def _difference(name: str, each: Sequence[Known]) -> Difference:
@@ -372,7 +393,7 @@ def difference_table(
     lines += [
         "",
         f"▸ {marked} of {total} parameters {what}",
-        f"  {expected}",
+        *([] if _share(files) else [f"  {expected}"]),
         *(f"note: {text}" for text in notes),
     ]
     return "\n".join(lines)

@@ -46,6 +46,7 @@ class _Axis:
     start: float
     end: float
     logarithmic: bool = False
+    whole: bool = False
 
     def at(self, value: float) -> float:
         low, high = self.low, self.high
@@ -57,7 +58,7 @@ class _Axis:
         if self.logarithmic:
             first, last = math.ceil(math.log10(self.low)), math.floor(math.log10(self.high))
             return [10.0**power for power in range(first, last + 1)]
-        rough = (self.high - self.low) / MAX_TICKS
+        rough = max((self.high - self.low) / MAX_TICKS, float(self.whole))
         power = 10.0 ** math.floor(math.log10(rough))
         step = next(s * power for s in (1.0, 2.0, 5.0, 10.0) if s * power >= rough * 0.999)
         count = math.ceil(self.low / step)
@@ -128,7 +129,7 @@ def residual_figure(
     near = limit is not None and limit < MAX_BAND_RATIO * reach
     reach = 1.12 * max(reach, limit if near and limit is not None else 0.0)
     signed = bool((values < 0.0).any())
-    x = _Axis(0.4, len(values) + 0.6, _LEFT, WIDTH - _RIGHT)
+    x = _Axis(0.4, len(values) + 0.6, _LEFT, WIDTH - _RIGHT, whole=True)
     y = _Axis(-reach if signed else 0.0, reach, HEIGHT - _BOTTOM, _TOP)
     parts = _frame(x, y, x_label, f"error in {unit}")
     zero = y.at(0.0)
@@ -157,7 +158,12 @@ def residual_figure(
 
 
 def allan_figure(
-    identity: str, title: str, taus: FloatArray, axes: dict[str, FloatArray], unit: str
+    identity: str,
+    title: str,
+    taus: FloatArray,
+    axes: dict[str, FloatArray],
+    unit: str,
+    longest: float = math.inf,
 ) -> Figure:
     """Allan deviations against τ, both logarithmic.
 
@@ -167,6 +173,7 @@ def allan_figure(
         taus: s, shape (t,).
         axes: deviation of each axis, ``unit``, shape (t,); NaN where it is hardly known.
         unit: display unit.
+        longest: τ up to which the least deviation is known well, s.
     """
     every = np.concatenate(list(axes.values()))
     every = every[every > 0.0]
@@ -186,10 +193,14 @@ def allan_figure(
         at = WIDTH - _RIGHT - 70 + 24 * k
         parts.append(f'<path class="line line{k}" d="M{at} {_TOP + 6}h10"/>')
         parts.append(f'<text x="{at + 12}" y="{_TOP + 10}">{escape(axis)}</text>')
-    least = ", ".join(
-        f"{axis}: {number(float(np.nanmin(values)), 2)} {unit} at "
-        f"{number(float(taus[np.nanargmin(values)]), 2)} s"
-        for axis, values in axes.items()
+    least = []
+    for axis, values in axes.items():
+        well = np.where(taus <= longest, values, np.nan)
+        if (well > 0.0).any():
+            place = int(np.nanargmin(well))
+            size, tau = number(float(well[place]), 2), number(float(taus[place]), 2)
+            least.append(f"{axis}: {size} {unit} at {tau} s")
+    text = f"The largest deviation is {number(float(every.max()), 2)} {unit}" + (
+        f"; the least: {', '.join(least)}." if least else "."
     )
-    text = f"The largest deviation is {number(float(every.max()), 2)} {unit}; the least: {least}."
     return _drawn(identity, title, text, parts)

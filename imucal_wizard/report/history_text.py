@@ -22,6 +22,7 @@ from imucal_wizard.core.quantities import (
 )
 from imucal_wizard.core.records import fields_of
 from imucal_wizard.diagnose.grade import Grade
+from imucal_wizard.estimate.result import uncalibrated
 from imucal_wizard.guide.kinds import TITLES, StepKind
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.tables import fitting_widths, table_row
@@ -186,8 +187,20 @@ def _calibration_rows(history: DeviceHistory) -> str:
         about = "  ".join(text for text in (one.place, one.operator, one.note) if text)
         if about:
             rows.append(f"{'':12}{about}")
-    first = "as found: error with the previous calibration; of the first, without any"
-    return "\n".join([*rows, first])
+    return "\n".join([*rows, *textwrap.wrap(as_found_note(history), TEXT_COLUMNS - 2)])
+
+
+def as_found_note(history: DeviceHistory) -> str:
+    """What the errors as found refer to."""
+    units = {
+        sensor.bias_unit
+        for one in history.calibrations
+        for sensor in one.sensors.values()
+        if sensor.as_found is not None and not sensor.as_found_by
+    }
+    first = " or ".join(uncalibrated(unit) for unit in sorted(units, reverse=True))
+    by = f"; of the first, with {first}" if first else ""
+    return f"As found: error of the readings of that date with the calibration before it{by}"
 
 
 def _parameter_rows(history: DeviceHistory) -> str:

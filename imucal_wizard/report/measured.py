@@ -20,7 +20,7 @@ import numpy as np
 from imucal_wizard.core.attitude import Attitudes, rotation_samples, strictly_later
 from imucal_wizard.core.quantities import finite_or_none
 from imucal_wizard.core.quaternions import matrices, quaternions
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -35,8 +35,11 @@ SAMPLES_PER_INCREMENT = (32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
 """Tried in turn until the error is small enough."""
 INCREMENT_DIGITS = 10
 """Decimal digits of an increment below the largest of its rotation."""
-MAX_FIELD_MEANS = 200
-"""Means of a magnetometer in the file, spread evenly over what was fitted."""
+MAX_FIELD_MEANS = 800
+"""Means of a magnetometer in the file; of more, every second row of the fit, or every third …"""
+MAX_SHORTENED = 5e-4
+"""Share by which a mean of the field may be shorter than the field: beyond it, the device turns too
+far for one mean to stand for the magnitude under any other calibration."""
 
 
 class HoldMeans(msgspec.Struct, frozen=True):
@@ -158,6 +161,8 @@ class FieldMean(msgspec.Struct, frozen=True):
         samples: averaged.
         temperature: °C, or None.
         current: of the board, or None.
+        group: number of the row of the fit that it is a part of; None in older files.
+        session_time: s after the session's first sample; None in older files.
     """
 
     time: float
@@ -166,6 +171,8 @@ class FieldMean(msgspec.Struct, frozen=True):
     samples: int
     temperature: float | None = None
     current: float | None = None
+    group: int | None = None
+    session_time: float | None = None
 
 
 class TableMeans(msgspec.Struct, frozen=True):
@@ -181,6 +188,8 @@ class TableMeans(msgspec.Struct, frozen=True):
         scatter: variance of each axis of that mean if samples were independent.
         samples: averaged; 0 of a turn.
         noise_freedom: degrees of freedom per axis of the covariance.
+        time: of the middle of each piece, s after the session's first sample; None in older files.
+        temperature: °C in each piece, or None.
     """
 
     start: float
@@ -192,6 +201,19 @@ class TableMeans(msgspec.Struct, frozen=True):
     scatter: list[float] | None = None
     samples: int = 0
     noise_freedom: int = 0
+    time: list[float] | None = None
+    temperature: list[float | None] | None = None
+
+    def times(self, first: float) -> FloatArray:
+        """Of the middle of each piece, s after the first sample.
+
+        Args:
+            first: time of that sample, for an older file.
+        """
+        if self.time is not None:
+            return np.array(self.time)
+        seconds = np.array(self.seconds)
+        return np.asarray(self.start - first + np.cumsum(seconds) - 0.5 * seconds)
 
     def turned(self) -> "TableTurn":
         """The step or turn, for a fit of the same data with another model."""
@@ -222,12 +244,13 @@ class TableMeans(msgspec.Struct, frozen=True):
 def table_means(report: FitReport) -> list[TableMeans]:
     """What a rate table did, where it alone calibrated the gyroscope."""
     fit = report.sensors.get("gyroscope")
-    data = None if fit is None or fit.experiment is None else fit.experiment.on_table
-    if data is None:
+    experiment = None if fit is None else fit.experiment
+    data = None if experiment is None else experiment.on_table
+    if experiment is None or data is None:
         return []
     from imucal_wizard.estimate.table_steps import TableTurn
 
-    rests = (
+    rests = [
         TableTurn(
             hold.start,
             hold.end,
@@ -237,7 +260,10 @@ def table_means(report: FitReport) -> list[TableMeans]:
             hold,
         )
         for hold in data.rests
-    )
+    ]
+    parts, where = (*rests, *data.turned), experiment.circumstances  # rests first in both
+    ends = np.cumsum([len(one.seconds) for one in parts])[:-1]
+    each = zip(parts, np.split(where.time, ends), np.split(where.temperature, ends), strict=True)
     return [
         TableMeans(
             start=one.start,
@@ -249,8 +275,10 @@ def table_means(report: FitReport) -> list[TableMeans]:
             scatter=None if one.hold is None else _listed(one.hold.gyroscope_scatter),
             samples=0 if one.hold is None else one.hold.samples,
             noise_freedom=0 if one.hold is None else one.hold.noise_freedom,
+            time=time.tolist(),
+            temperature=[finite_or_none(one) for one in warm],
         )
-        for one in sorted((*rests, *data.turned), key=lambda one: one.start)
+        for one, time, warm in sorted(each, key=lambda row: row[0].start)
     ]
 
 
@@ -301,8 +329,12 @@ def wrong_measurements(
     on_table = [row for step in table for row in step.gyroscope]
     if any(len(row) != 3 for row in (*turned, *on_table, *(one.reading for one in fields))):
         return "a reading does not have three numbers"
-    if any(len(step.seconds) != len(step.gyroscope) or not step.seconds for step in table):
-        return "a step of the rate table has not one duration for each reading"
+    for step in table:
+        counts = {
+            len(one) for one in (step.seconds, step.time, step.temperature) if one is not None
+        }
+        if not step.seconds or counts != {len(step.gyroscope)}:
+            return "a step of the rate table has not one duration for each reading"
     return ""
 
 
@@ -410,13 +442,12 @@ def increments_of(
     true = matrices(Attitudes(steps, samples.step_offsets).whole)[:, :, 0]
     whole = _integral(time, reading)
     for count in SAMPLES_PER_INCREMENT:
-        rows = np.append(np.arange(0, len(time) - count, count), len(time) - 1)
+        rows = np.append(np.arange(0, max(len(time) - count, 1), count), len(time) - 1)
         edges, parts = time[rows], np.diff(whole[rows], axis=0)
         rates = (parts / np.diff(edges)[:, None] - bias) @ matrix.T
         away = true.T @ _reintegrated(edges, rates)[-1]
-        # sine of the angle times the axis
-        off = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
-        if off < MAX_INCREMENT_ERROR:
+        sine = 0.5 * np.linalg.norm(away[[2, 0, 1], [1, 2, 0]] - away[[1, 2, 0], [2, 0, 1]])
+        if np.arctan2(sine, 0.5 * (np.trace(away) - 1.0)) < MAX_INCREMENT_ERROR:
             break
     force = rotation.accelerometer
     means = None
@@ -431,20 +462,37 @@ def field_means(report: FitReport) -> list[FieldMean]:
     """What the magnetometer's fit is made of."""
     if report.magnetic is None:
         return []
-    pieces = report.magnetic.data.pieces
-    count = len(pieces.time)
-    rows = np.linspace(0, count - 1, min(count, MAX_FIELD_MEANS)).round().astype(int).tolist()
-    return [
-        FieldMean(
-            time=float(pieces.time[row]),
-            reading=pieces.reading[row].tolist(),
-            shortened=float(pieces.extra[row]),
-            samples=int(pieces.count[row]),
-            temperature=finite_or_none(pieces.beside[row, 0]),
-            current=finite_or_none(pieces.beside[row, 1]),
+    pieces, since_first = report.magnetic.data.pieces, report.magnetic.data.samples.time
+    matrix, bias = report.magnetic.fit.matrix, report.magnetic.fit.bias
+    sizes = np.linalg.norm((pieces.reading - bias) @ matrix.T, axis=1) + pieces.extra
+
+    def means(group: int, rows: IntArray) -> list[FieldMean]:
+        samples = pieces.count[rows]
+        reading, size, time, beside, since = (
+            np.average(one[rows], axis=0, weights=samples)
+            for one in (pieces.reading, sizes, pieces.time, pieces.beside, since_first)
         )
-        for row in rows
-    ]
+        shortened = float(size - np.linalg.norm(matrix @ (reading - bias)))
+        if len(rows) > 1 and abs(shortened) > MAX_SHORTENED * size:
+            half = len(rows) // 2
+            return means(group, rows[:half]) + means(group, rows[half:])
+        return [
+            FieldMean(
+                time=float(time),
+                reading=reading.tolist(),
+                shortened=shortened,
+                samples=int(samples.sum()),
+                temperature=finite_or_none(beside[0]),
+                current=finite_or_none(beside[1]),
+                group=group,
+                session_time=float(since),
+            )
+        ]
+
+    edges = pairwise(pieces.offsets)
+    found = [means(group, np.arange(*ends)) for group, ends in enumerate(edges)]
+    every = -(-sum(map(len, found)) // MAX_FIELD_MEANS)
+    return [mean for group in found[::every] for mean in group]
 
 
 def _calm_fields(report: FitReport) -> dict[int, list[float]]:

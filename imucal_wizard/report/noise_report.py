@@ -90,13 +90,26 @@ def noise_document(result: NoiseResult) -> dict[str, Any]:
     }
 
 
-def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
-    deviations = np.sqrt(sensor.allan.variance)
-    unit = sensor.unit
+def _least(sensor: SensorAtRest, deviation: FloatArray, error: FloatArray) -> int | None:
+    """Place of the least Allan deviation that is known well; None without any.
+
+    The least of many that are hardly known is too small, so that long τ do not count.
+
+    Args:
+        sensor: at rest.
+        deviation: at each τ, shape (t,).
+        error: standard errors, 0 or NaN where they are not known, shape (t,).
+    """
+    known = (error > 0.0) & (deviation > 0.0) & (sensor.taus <= LONGEST_SHARE * sensor.seconds)
+    return int(np.flatnonzero(known)[deviation[known].argmin()]) if known.any() else None
+
+
+def _axes_document(sensor: SensorAtRest) -> dict[str, dict[str, Any]]:
+    """The coefficients of each axis."""
     axes: dict[str, dict[str, Any]] = {}
+    deviations = np.sqrt(sensor.allan.variance)
     for axis, fit, column in zip(AXES, sensor.fits, deviations.T, strict=False):
-        known = np.flatnonzero(fit.error > 0.0)
-        least = int(known[column[known].argmin()]) if len(known) else 0
+        least = _least(sensor, column, fit.error)
         axes[axis] = {
             **{
                 key: value
@@ -108,11 +121,16 @@ def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
                 )
             },
             "not_determined": [n for n, one in fit.coefficients.items() if not one.determined],
-            "least_deviation": float(column[least]),
-            "least_deviation_tau": float(sensor.taus[least]),
+            "least_deviation": None if least is None else float(column[least]),
+            "least_deviation_tau": None if least is None else float(sensor.taus[least]),
             "fitted_from": fit.first_tau,
             "p": fit.misfit_p,
         }
+    return axes
+
+
+def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
+    deviations, unit, axes = np.sqrt(sensor.allan.variance), sensor.unit, _axes_document(sensor)
     return {
         "axes": axes,
         "tau": sensor.taus.tolist(),
@@ -136,35 +154,39 @@ def _sensor_document(sensor: SensorAtRest) -> dict[str, Any]:
             "deviation": unit,
             "tau": "s",
         },
-        "kalibr": _kalibr(sensor),
-        "px4": _px4(sensor),
+        "kalibr": _kalibr(unit, axes),
+        "px4": _px4(unit, axes),
     }
 
 
-def _axes_together(sensor: SensorAtRest, name: str) -> float | None:
-    """Root mean square of a coefficient over the axes that determine it; None if none does."""
-    found = [fit.coefficients[name] for fit in sensor.fits]
-    known = [one.value for one in found if one.determined]
+def _axes_together(axes: Mapping[str, Mapping[str, Any]], name: str) -> float | None:
+    """Root mean square of a coefficient over the axes that determine it; None if none does.
+
+    Args:
+        axes: of a document.
+        name: of the coefficient.
+    """
+    known = [float(a[name]) for a in axes.values() if name not in a.get("not_determined", ())]
     return root_mean_square(np.array(known)) if known else None
 
 
-def _kalibr(sensor: SensorAtRest) -> dict[str, float | None] | None:
+def _kalibr(unit: str, axes: Mapping[str, Mapping[str, Any]]) -> dict[str, float | None] | None:
     """``noise_density`` and ``random_walk`` of Kalibr; None for readings in counts."""
-    if sensor.unit not in _PX4:
+    if unit not in _PX4:
         return None
     return {
-        "noise_density": _axes_together(sensor, "white"),
-        "random_walk": _axes_together(sensor, "random_walk"),
+        "noise_density": _axes_together(axes, "white"),
+        "random_walk": _axes_together(axes, "random_walk"),
     }
 
 
-def _px4(sensor: SensorAtRest) -> dict[str, float | None] | None:
+def _px4(unit: str, axes: Mapping[str, Mapping[str, Any]]) -> dict[str, float | None] | None:
     """The parameters of PX4's filter; None for a sensor that has none, or counts."""
-    if sensor.unit not in _PX4:
+    if unit not in _PX4:
         return None
-    word = _PX4[sensor.unit]
+    word = _PX4[unit]
     both = ((f"EKF2_{word}_NOISE", "white"), (f"EKF2_{word}_B_NOISE", "random_walk"))
-    found = {name: _axes_together(sensor, key) for name, key in both}
+    found = {name: _axes_together(axes, key) for name, key in both}
     step = math.sqrt(PX4_STEP_SECONDS)
     return {name: None if value is None else value / step for name, value in found.items()}
 
@@ -207,23 +229,17 @@ def _fault(error: Exception) -> str:
 def noise_for_export(document: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """White noise and random walk of each sensor for other programs, SI.
 
-    Each is the rms over the axes that determine it. What no axis determines is left out, and so are
-    sensors that send counts.
+    What no axis determines is left out, and so are sensors that send counts.
     """
-    found: dict[str, dict[str, float]] = {}
-    for name, sensor in document["sensors"].items():
-        if sensor["units"].get("deviation") not in _PX4:
-            continue
-        known = {
-            key: [
-                float(axis[key])
-                for axis in sensor["axes"].values()
-                if key not in axis.get("not_determined", ())
-            ]
+    return {
+        name: {
+            key: value
             for key in ("white", "random_walk")
+            if (value := _axes_together(sensor["axes"], key)) is not None
         }
-        found[name] = {key: root_mean_square(np.array(one)) for key, one in known.items() if one}
-    return found
+        for name, sensor in document["sensors"].items()
+        if sensor["units"].get("deviation") in _PX4
+    }
 
 
 def usual_units(unit: str) -> NoiseUnits:
@@ -311,15 +327,19 @@ def _allan_lines(sensor: SensorAtRest, width: int, height: int) -> list[str]:
     known = (error > 0.0) & (error < MAX_SHOWN_ERROR * deviation) & (deviation > 0.0)
     if not known.any():
         return []
-    least = np.flatnonzero(known)[deviation[known].argmin()]
-    head = (
-        f"  least Allan deviation {number(deviation[least] * factor, 3)} {unit} at τ = "
-        f"{number(sensor.taus[least], 2)} s"
-    )
+    # of the root of the mean of the variances of the axes
+    parts = np.array([fit.error for fit in sensor.fits]).T ** 2 * sensor.allan.variance
+    tiny = np.finfo(float).tiny
+    of_mean = np.sqrt(parts.sum(axis=1)) / (parts.shape[1] * np.maximum(deviation, tiny))
+    least, heads = _least(sensor, deviation, of_mean), []
+    if least is not None:
+        value = plus_minus(deviation[least] * factor, of_mean[least] * factor)
+        at = number(sensor.taus[least], 2)
+        heads = [f"  least Allan deviation {value} {unit} at τ = {at} s"]
     size = width, height
     rows = _plot(sensor.taus[known], (deviation * factor)[known], (curve * factor)[known], size)
     caption = f"  Allan deviation in {unit}, rms of the axes; × is the fitted curve"
-    return [head, *rows[:-1], rows[-1].rstrip(), caption]
+    return [*heads, *rows[:-1], rows[-1].rstrip(), caption]
 
 
 def live_noise_text(
@@ -353,6 +373,12 @@ MAX_SHOWN_ERROR = 0.5
 """Relative error of an Allan deviation beyond which it is not drawn."""
 
 
+LONGEST_SHARE = 0.1
+"""Of the time at rest, up to which a τ may have the least Allan deviation: one of 24 % error."""
+PERIOD_ROUNDING = 0.01
+"""By which the measured time between samples may exceed a τ that it is equal to."""
+
+
 def _cell(one: Coefficient, factor: float) -> str:
     if not one.below:
         return "–"
@@ -379,12 +405,13 @@ def _plot(
 
 def _program_lines(sensor: SensorAtRest) -> list[str]:
     """Parameters of Kalibr and PX4, in their units."""
-    lines = []
-    for program, values in (("Kalibr", _kalibr(sensor)), ("PX4", _px4(sensor))):
+    lines, axes = [], _axes_document(sensor)
+    both = ("Kalibr", _kalibr(sensor.unit, axes)), ("PX4", _px4(sensor.unit, axes))
+    for program, values in both:
         known = {k: v for k, v in (values or {}).items() if v is not None}
         if known:
-            both = ", ".join(f"{name} {number(value, 3)}" for name, value in known.items())
-            lines.append(f"  {program}: {both}")
+            words = ", ".join(f"{name} {number(value, 3)}" for name, value in known.items())
+            lines.append(f"  {program}: {words}")
     return lines
 
 
@@ -400,10 +427,17 @@ def _time_in_words(seconds: float) -> str:
 def progress_line(
     sensors: Mapping[str, SensorAtRest], seconds: float, taus: Sequence[float]
 ) -> str:
-    """How well each τ is known by now, or when to 10 %: the sensor that takes longest counts."""
+    """How well each τ is known by now, or when to 10 %: the sensor that takes longest counts.
+
+    A sensor has no τ below the time between its samples.
+    """
     parts = []
     for tau in taus:
-        until = max(one.seconds_until_known(tau) - seconds * one.rest for one in sensors.values())
+        slow = (1.0 + PERIOD_ROUNDING) * tau
+        those = [one for one in sensors.values() if one.period <= slow]
+        if not those:
+            continue
+        until = max(one.seconds_until_known(tau) - seconds * one.rest for one in those)
         at = f"τ {number(tau, 1) if tau < 1 else fixed(tau, 0)} s"
         parts.append(f"{at} known" if until <= 0.0 else f"{at} in {_time_in_words(until)}")
     return f"{_time_in_words(seconds)}: " + " · ".join(parts)

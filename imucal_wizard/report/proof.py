@@ -19,7 +19,7 @@ import numpy as np
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.quantities import number, or_nan, quantity
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.core.units import SI_UNIT
@@ -124,7 +124,7 @@ class Proof:
     def residuals(
         self, corrections: Mapping[str, Correction], *, frame: bool
     ) -> dict[str, FloatArray]:
-        """Error of each hold, rotation and reading of the field, in the sensor's ``unit``.
+        """Error of each hold, rotation and row of the field, in the sensor's ``unit``.
 
         Args:
             corrections: by sensor.
@@ -158,12 +158,11 @@ class Proof:
         """Angle between carried and measured gravity in each rotation, rad."""
         ends = np.cumsum([len(one.gyroscope) for one in self._rotations])[:-1]
         each = zip(self._rotations, np.split(rates, ends), strict=True)
-        return np.array(
-            [
-                np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
-                for one, own in each
-            ]
-        )
+        chords = [
+            np.linalg.norm(one.attitudes(own)[-1].T @ up[one.before] - up[one.after])
+            for one, own in each
+        ]
+        return np.asarray(2.0 * np.arcsin(np.minimum(0.5 * np.array(chords), 1.0)))
 
     def _turning(self) -> Samples:
         """Intervals of all rotations, with gravity carried by the calibration without effects."""
@@ -202,16 +201,18 @@ class Proof:
 
     def _table_samples(self) -> Samples:
         """The pieces of all steps and turns; the force on them is not known."""
-        steps = [one for one in self._calibration.table_means if one.angle]
+        every = self._calibration.table_means
+        steps = [one for one in every if one.angle]
         reading = np.concatenate([one.gyroscope for one in steps])
-        ends = [one.start + np.cumsum(one.seconds) for one in steps]
-        time = np.concatenate(ends) - 0.5 * np.concatenate([one.seconds for one in steps])
+        first = min(one.start for one in every)  # as an older file has it
+        time = np.concatenate([one.times(first) for one in steps])
+        warm = [one.temperature or [None] * len(one.seconds) for one in steps]
         nothing = np.zeros((len(time), 3))
         where = Circumstances(
             force=nothing,
             rate=nothing,
-            temperature=np.full(len(time), np.nan),
-            time=time - time[0],
+            temperature=np.concatenate([np.array(one, np.float64) for one in warm]),
+            time=time,
             previous=np.full((len(time), 3), np.nan),
             vibration=np.zeros(len(time)),
         )
@@ -233,7 +234,12 @@ class Proof:
             force=nothing,
             rate=nothing,
             temperature=np.array([or_nan(one.temperature) for one in means]),
-            time=np.array([one.time for one in means]) - means[0].time,
+            time=np.array(
+                [
+                    one.time - means[0].time if one.session_time is None else one.session_time
+                    for one in means
+                ]
+            ),
             previous=np.full((count, 3), np.nan),
             vibration=np.zeros(count),
             magnetic=nothing,
@@ -242,9 +248,14 @@ class Proof:
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
     def _field_errors(self, corrected: FloatArray) -> FloatArray:
-        """Magnitude about its own mean: no place has a field of known size."""
-        short = np.array([one.shortened for one in self._calibration.field_means])
-        size = np.linalg.norm(corrected, axis=1) + short
+        """Magnitude of each row of the fit about their mean: no place has a known field."""
+        means = self._calibration.field_means
+        size = np.linalg.norm(corrected, axis=1) + [one.shortened for one in means]
+        # in an older file each mean is a row
+        groups = np.array([k if one.group is None else one.group for k, one in enumerate(means)])
+        rows = np.searchsorted(distinct(groups), groups)
+        samples = np.array([one.samples for one in means])
+        size = np.bincount(rows, samples * size) / np.bincount(rows, samples)
         return np.asarray(size - size.mean())
 
 

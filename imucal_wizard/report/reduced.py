@@ -6,6 +6,7 @@ rotations and field means in its file.
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -15,6 +16,7 @@ from imucal_wizard.core.readings import Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.accelerometer import BASE, accelerometer_experiment
 from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.gauge import symmetric
 from imucal_wizard.estimate.gyroscope_fit import gyroscope_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.measurement.holds import Hold, Rotation
@@ -80,12 +82,15 @@ def reduced(
             lost.append(f"the {name}")
             continue
         sensors[name] = sensor
-        gone = kept.lost_effects(sensor)
-        without = kept.lost_base(sensor) + gone
+        if not (kept.lost_base(sensor) or kept.lost_effects(sensor)):
+            continue
+        fewer = sensors[name] = sensor_record(_fitted_again(calibration, name, kept, effects))
+        gone = [one.term for one in sensor.effects if one.term not in fewer.model]
         lost += [f"{term} of the {name}" for term in gone]
-        if without:
-            sensors[name] = sensor_record(_fitted_again(calibration, name, kept, effects))
-            again.append(f"{name}: fitted again without {', '.join(without)}")
+        without = ", ".join(kept.lost_base(sensor) + gone)
+        turned = "misalignment" in fewer.model
+        how = "; its rotation to the accelerometer is kept" if turned else ""
+        again.append(f"{name}: fitted again without {without}{how}")
     if not sensors:
         wanted = " or ".join(keeps)
         raise UsageError(
@@ -149,7 +154,7 @@ def _on_table(calibration: Calibration, base: list[str], terms: list[Term]) -> S
 def _magnetometer(
     calibration: Calibration, base: list[str], terms: list[Term], effects: Sequence[Effect]
 ) -> SensorFit:
-    """In its own frame; no program corrects some of its effects and others not."""
+    """In its own frame, turned as the whole model is; without any of its effects."""
     from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 
     del base, terms, effects
@@ -161,7 +166,14 @@ def _magnetometer(
         sensor.bias_unit,
     )
     known = None if "field" in sensor.parameters else _field(calibration)
-    return fit_magnetometer(series, known).fit
+    found = fit_magnetometer(series, known).fit
+    if sensor.frame == found.frame:
+        return found
+    matrix = np.array(sensor.matrix)
+    # the fit gives a positive matrix; where axes are mirrored, the turn mirrors all of them
+    turn = symmetric(matrix)[0] * np.sign(np.linalg.det(matrix))
+    model = (*found.model, "misalignment")
+    return replace(found, matrix=turn @ found.matrix, frame=sensor.frame, model=model)
 
 
 _AGAIN = {

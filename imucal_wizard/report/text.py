@@ -1,7 +1,7 @@
 """A fit as plain text."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +32,6 @@ MIN_DIP_OF_HEMISPHERE = 10.0
 """Dip, degrees, above which the hemisphere is certain."""
 MAX_HEADINGS = 6
 """Headings listed in the text; the JSON has all of them."""
-_LACKING = "not determined by these data"
 
 
 def summary(
@@ -117,7 +116,7 @@ def interval_text(fit: SensorFit) -> str:
 
 def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     lines = [f"{name.upper()}  {' + '.join(fit.model)}  ({fit.method})"]
-    lines += [f"  {_parameter(parameter, fit.method)}" for parameter in fit.parameters]
+    lines += [f"  {_parameter(parameter, fit)}" for parameter in fit.parameters]
     errors = (fit.rms_before, fit.rms_fitted, fit.rms_held_out, fit.error_and_floor[1])
     before, fitted, held_out, floor = (quantity(error, fit.unit) for error in errors)
     limits = interval_text(fit)
@@ -139,13 +138,17 @@ def _sensor(name: str, fit: SensorFit, known: "Diagnosis | None") -> list[str]:
     return lines
 
 
+def correction_formula(effects: Sequence[str]) -> str:
+    """How a reading is corrected, with the names of the effects."""
+    return "corrected = M · (reading − b)" + (f" − effects ({', '.join(effects)})" * bool(effects))
+
+
 def correction_text(calibration: "Calibration") -> str:
     """What corrects the readings, with as many digits as a program needs."""
     lines = []
     for name, one in calibration.sensors.items():
-        effects = f" − effects ({', '.join(e.term for e in one.effects)})" if one.effects else ""
-        sign = unit_sign(one.bias_unit)
-        lines.append(f"{name}: corrected = M · (reading − b){effects}; b in {sign}")
+        formula = correction_formula([effect.term for effect in one.effects])
+        lines.append(f"{name}: {formula}; b in {unit_sign(one.bias_unit)}")
         lines += [f"  M {'  '.join(f'{value: .9e}' for value in row)}" for row in one.matrix]
         lines.append(f"  b {'  '.join(f'{value: .9e}' for value in one.bias)}")
     return "\n".join(lines)
@@ -191,22 +194,39 @@ def field_lines(found: "MagnetometerFit", fit: SensorFit) -> list[str]:
     return [f"  field {quantity(found.magnitude, fit.unit)}, {error}", f"  {covered}, {used}"]
 
 
-def _parameter(parameter: Parameter, method: str) -> str:
-    value, unit = true_minus(f"{parameter.value:.7g}"), unit_sign(parameter.unit)
-    if not parameter.carried:
-        from imucal_wizard.estimate.methods.six_position import NAME as SIX
+def _parameter(parameter: Parameter, fit: SensorFit) -> str:
+    value, error, why = parameter_cells(parameter, fit)
+    row = f"{parameter.name:16} {value:>14} {f'{error} ' * bool(error)}{unit_sign(parameter.unit)}"
+    return row.rstrip() + (f"  {why}" * bool(why))
 
-        why = f"the {method} method does not fit it" if method == SIX else _LACKING
-        return f"{parameter.name:16} {value:>14} {unit}".rstrip() + f"  nominal: {why}"
+
+def why_nominal(sensor: str, method: str) -> str:
+    """Why a parameter that a fit by this method has not determined is nominal."""
+    from imucal_wizard.estimate.methods import methods_of
+
+    published = methods_of(sensor).get(method)
+    alone = published is not None and published.each_axis_alone
+    return f"the {method} method does not fit it" if alone else "not determined by these data"
+
+
+def parameter_cells(parameter: Parameter, fit: SensorFit) -> tuple[str, str, str]:
+    """The value of a parameter, its error with the sign before it, and why it is nominal, or "".
+
+    Args:
+        parameter: of the fit.
+        fit: whose method may not fit it.
+    """
+    value = true_minus(f"{parameter.value:.7g}")
+    if not parameter.carried:
+        return value, "", f"nominal: {why_nominal(fit.sensor, fit.method)}"
     if not parameter.standard_error:
-        note = "± not known"
-    else:
-        value, error = value_and_error(parameter.value, parameter.standard_error)
-        note = f"± {error}"
-        if parameter.standard_error_repeats:
-            places = decimals(parameter.standard_error)
-            note += f" (repeats ± {fixed(parameter.standard_error_repeats, places)})"
-    return f"{parameter.name:16} {value:>14} {note} {unit}".rstrip()
+        return value, "± not known", ""
+    value, error = value_and_error(parameter.value, parameter.standard_error)
+    note = f"± {error}"
+    if parameter.standard_error_repeats:
+        places = decimals(parameter.standard_error)
+        note += f" (repeats ± {fixed(parameter.standard_error_repeats, places)})"
+    return value, note, ""
 
 
 def _comparison(report: FitReport) -> list[str]:

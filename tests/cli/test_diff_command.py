@@ -33,7 +33,7 @@ def saved(
         degrees_of_freedom=20,
     )
     sensors, about = {"accelerometer": sensor}, Device(name=device)
-    measured: dict[str, Any] = {"hold_means": [], "rotation_increments": []}
+    measured: dict[str, Any] = {"hold_means": [], "rotation_increments": [], "field_means": []}
     one = msgspec.structs.replace(made, sensors=sensors, device=about, **measured)
     return one.save(path)
 
@@ -68,6 +68,23 @@ def test_two_calibrations_differ_by_their_errors_together(
     assert "▸ 0 of 2 parameters differ\n  (p < 0.01; 0.02 expected by chance)" in said
     row = next(line.split() for line in said.splitlines() if "bias_x" in line)
     assert row == ["bias_x", "[mg]", "20.39", "21.41", "1.02", "±", "0.51", "5.0", "0.053"]
+
+
+def test_two_calibrations_of_the_same_readings_have_errors_in_common(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By one reading that both have, or by the fingerprint of the recording."""
+    values = {"bias_x": (0.2, 0.003)}
+    files = [saved(tmp_path / f"{name}.json", values) for name in "ab"]
+    assert difference(capsys, *files)[1] == []
+    field = msgspec.to_builtins(calibration().field_means[:1])
+    for same in ({"field_means": field}, {"field_means": [], "fingerprint": "sha256:1"}):
+        for path in files:
+            path.write_text(json.dumps(json.loads(path.read_text()) | same))
+        notes = difference(capsys, *files)[1]
+        assert ["share measurements" in note for note in notes] == [True]
+        assert cli.main(["diff", *map(str, files)]) == 0
+        assert "expected by chance" not in capsys.readouterr().out
 
 
 def test_a_calibration_without_an_error_is_not_exact(

@@ -1,6 +1,7 @@
 """``imucal-wizard fit`` as a person and a script meet it."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -109,8 +110,10 @@ def test_what_a_method_leaves_out_is_not_blamed_on_the_data(
     recording: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """These poses carry the angles; six positions do not fit them."""
-    assert cli.main(["fit", str(recording), "--method", "six-position"]) == 0
+    methods = "--method", "six-position", "--gyro-method", "static"
+    assert cli.main(["fit", str(recording), *methods]) == 0
     text = capsys.readouterr().out
+    assert "0 rad  nominal: the static method does not fit it" in text
     assert "0 rad  nominal: the six-position method does not fit it" in text
     assert "data do not carry" not in text
 
@@ -257,3 +260,18 @@ def test_a_span_needs_two_ends_in_their_order(
 ) -> None:
     assert cli.main(["fit", str(recording), "--without", span]) == 2
     assert "give its ends, like 12.5:18" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("options", [(), ("--json", "-")])
+def test_the_calibration_is_saved_although_nobody_reads_what_is_printed(
+    options: tuple[str, ...], recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As ``| head -3`` closes the pipe before the text ends."""
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w", buffering=1) as closed:  # noqa: PTH123 (a number)
+        monkeypatch.setattr("sys.stdout", closed)
+        place = tmp_path / "my.json"
+        given = "fit", str(recording), "--no-verdict", "--save", str(place)
+        assert cli.main([*given, *options]) == 0
+    assert set(load(place)) == {"accelerometer", "gyroscope"}

@@ -3,6 +3,7 @@
 import contextlib
 import gzip
 import json
+import re
 import threading
 import tracemalloc
 from collections.abc import Callable
@@ -21,6 +22,7 @@ from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.noise_survey import NoiseSurvey
 from imucal_wizard.report.noise_report import (
     live_noise_text,
+    noise_document,
     noise_for_export,
     progress_line,
     read_noise,
@@ -293,6 +295,28 @@ def test_kalibr_takes_the_measured_noise(
     capsys.readouterr()
     assert main([*command[:-1], str(saved)]) == 2
     assert "is not the result of a noise measurement" in capsys.readouterr().err
+
+
+def test_the_least_deviation_is_one_that_is_known_and_no_tau_is_below_the_period(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The least of τ near the length of the recording is too small: few differences show it."""
+    path = tmp_path / "rest.csv"
+    path.write_bytes(csv_of(TIME, force(8117)))
+    sensor = document(capsys, str(path))["sensors"]["accelerometer"]
+    for axis in sensor["axes"].values():
+        assert axis["least_deviation_tau"] <= 0.1 * sensor["seconds_at_rest"]
+    assert main(["noise", str(path)]) == 0
+    assert re.search(r"least Allan deviation \d+\.?\d* ± \d+", capsys.readouterr().out)
+    slow = NoiseSurvey()
+    slow.feed(Readings(Series(50.0 * TIME, force(8118), "m/s^2")))
+    line = progress_line(slow.result(ended=False).sensors, slow.seconds, (0.1, 1.0, 10.0))
+    assert "τ 0.1" not in line
+    assert "τ 1 s known" in line
+    still = NoiseSurvey()
+    still.feed(Readings(Series(TIME, np.tile([0.0, 0.0, 9.8], (COUNT, 1)), "m/s^2")))
+    known = noise_document(still.result())["sensors"]["accelerometer"]["axes"].values()
+    assert [one["least_deviation"] for one in known] == [None] * len(known)
 
 
 def test_an_axis_that_does_not_determine_a_noise_is_not_in_that_of_a_sensor() -> None:

@@ -149,8 +149,8 @@ def test_the_report_says_what_a_quality_manager_asks_for(tmp_path: Path) -> None
         "9.806650 m/s²: stated by the operator",
         "GOOD",
         "january.json of 2026-01-05",
-        "Not determined by these data: theta_yz",
-        "nominal, not determined",
+        "Nominal, without a stated uncertainty: theta_yz (not determined by these data)",
+        "nominal: not determined by these data",
         "+ second-order",
         "confirmed by data held out",
         "Correlation coefficients: sensitivity x, bias x: −0.90",
@@ -184,6 +184,92 @@ def test_a_factor_without_degrees_of_freedom_is_not_called_students(tmp_path: Pa
     assert (
         "k = 2.00 for a coverage probability of about 95 % (normal distribution: the file" in said
     )
+
+
+def changed(sensor: str, **changes: object) -> Calibration:
+    """That calibration with one sensor alone, changed."""
+    one = msgspec.structs.replace(full()[sensor], **changes)
+    return full(sensors={sensor: one}, hold_means=[], rotation_increments=[], field_means=[])
+
+
+def test_the_method_is_told_as_far_as_the_file_shows_it(tmp_path: Path) -> None:
+    fitted = "were estimated by weighted least squares"
+    said = Visible(reported(tmp_path, full())).text
+    assert "of the accelerometer, the gyroscope and the magnetometer were est" in said
+    for words in (fitted, "left out of the fit one at a time", "a test at 1 %"):
+        assert words in said
+    assert "by hand" not in said
+    bare: dict[str, object] = {
+        "rms_held_out": None,
+        "held_out_interval": None,
+        "verdict": None,
+        "grade": None,
+    }
+    bare |= {"could_be": None, "degrees_of_freedom": 1}
+    made = changed("accelerometer", method="six-position", **bare)
+    said = Visible(reported(tmp_path, made)).text
+    assert "published method “six-position”" in said
+    assert "theta_yz (the six-position method does not fit it)" in said
+    assert "on the data fitted, none held out" in said
+    assert "Student's t, 1 degree of freedom" in said
+    for words in (fitted, "left out of the fit", "a test at 1 %", "Decision rule", "Could be:"):
+        assert words not in said
+    assert "traceability rests on the stated gravity alone" in said
+    made = changed("gyroscope", method="rate table", frame="own", effects=[])
+    said = Visible(reported(tmp_path, made)).text
+    assert "The stated rate or angle of each step of the rate table is the reference" in said
+    assert "rests on the stated rates or angles of the rate table and the clock alone" in said
+    assert "the angle of each step of the rate table" in said
+    assert "gravity before" not in said
+    field = {"bias_x": Value(12.0, "uT", 0.1)}
+    said = Visible(reported(tmp_path, changed("magnetometer", parameters=field))).text
+    assert "rests on the stated magnitude of the field alone" in said
+    field |= {"field": Value(48.0, "uT", 0.1)}
+    said = Visible(reported(tmp_path, changed("magnetometer", parameters=field))).text
+    assert "No accreditation is claimed." in said
+    assert "the same in all orientations, is the reference of the magnetometer" in said
+
+
+def test_as_found_of_counts_is_by_one_scale_and_bias_fitted_to_them(tmp_path: Path) -> None:
+    made = changed("accelerometer", bias_unit="count", parameters={}, parameter_covariance=None)
+    sensor = msgspec.structs.replace(made["accelerometer"], as_found=None)
+    said = Visible(
+        reported(tmp_path, msgspec.structs.replace(made, sensors={"accelerometer": sensor}))
+    ).text
+    assert "corrected by one common scale and a bias fitted to these readings" in said
+    assert "nominal conversion" not in said
+
+
+def test_the_reason_of_the_grade_is_the_error_that_could_be(tmp_path: Path) -> None:
+    made = changed("accelerometer", could_be=0.03, grade="doubtful")
+    said = Visible(reported(tmp_path, made)).text
+    assert "These data cannot exclude errors above the limit of use, 2.0 mg." in said
+    assert "neither its error as left nor the error that could be exceeds the limit" in said
+    said = Visible(reported(tmp_path, full())).text
+    assert "“complete”. The error is within the limit of use." in said
+
+
+def test_numbers_of_holds_are_whole_and_a_short_noise_measurement_has_no_rows(
+    tmp_path: Path,
+) -> None:
+    one = full(hold_means=full().hold_means[:1], rotation_increments=[])
+    first = reported(tmp_path, one).partition("</figure>")[0]
+    assert re.findall(r'class="mid">([\d.]+)</text>', first) == ["1"]
+    noise = {
+        "schema": "imucal-wizard/noise/1",
+        "sensors": {
+            "accelerometer": {
+                "axes": {},
+                "tau": [],
+                "deviation": {"x": [], "y": [], "z": []},
+                "units": {"deviation": "m/s^2"},
+            }
+        },
+    }
+    (tmp_path / "noise.json").write_text(json.dumps(noise))
+    said = Visible(reported(tmp_path, full(), "--noise", str(tmp_path / "noise.json"))).text
+    assert "too short for coefficients" in said
+    assert "bias instability" not in said
 
 
 def test_normal_gravity_is_that_of_the_published_tables() -> None:

@@ -12,6 +12,7 @@ from imucal_wizard.cli import main as cli
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.report.axes import named_values
 from imucal_wizard.report.calibration_file import Calibration, SavedEffect
 from imucal_wizard.report.exports import ExportSettings, adafruit, targets, write_export
 from imucal_wizard.report.reduced import Kept
@@ -216,6 +217,29 @@ def test_a_symmetric_magnetometer_loses_its_alignment_and_says_so(
     assert f"{angle:.2f}°" in lost[0]
 
 
+@pytest.mark.parametrize("mirrored", [1.0, -1.0])
+def test_a_magnetometer_fitted_again_without_its_drift_stays_turned_as_it_was(
+    mirrored: float, tmp_path: Path
+) -> None:
+    made = calibration(felt=False)
+    matrix = mirrored * MOUNTED @ IRON
+    drift = SavedEffect("bias-drift", "magnetometer", "", ["x", "y", "z"], [0.01] * 3, "µT/min")
+    sensor = msgspec.structs.replace(
+        made["magnetometer"],
+        matrix=matrix.tolist(),
+        effects=[drift],
+        model=["bias", "soft-iron", "misalignment", "bias-drift"],
+    )
+    made = msgspec.structs.replace(made, sensors={**made.sensors, "magnetometer": sensor})
+    done = write_export(made, "numpy", tmp_path / "a.npz")
+    assert "bias-drift of the magnetometer" in done.cannot_hold
+    assert any("its rotation to the accelerometer is kept" in text for text in done.notes)
+    with np.load(tmp_path / "a.npz") as arrays:
+        np.testing.assert_allclose(arrays["magnetometer_matrix"], matrix, atol=1e-9)
+    done = write_export(made, "adafruit", tmp_path / "a.json")
+    assert any("alignment of the magnetometer" in text for text in done.cannot_hold)
+
+
 def test_motioncals_packet_is_the_one_that_its_firmware_takes() -> None:
     """A packet of the wire format's description, with its checksum."""
     packet = bytes.fromhex(
@@ -334,6 +358,41 @@ def test_inav_and_betaflight_have_whole_counts(tmp_path: Path) -> None:
     x, y, z = np.rint(best_axes(scaled=False)[0] * 512 / G).astype(int)
     assert f"set acc_calibration = {x},{y},{z},1" in (tmp_path / "b.txt").read_text()
     assert "scale and non-orthogonality of the accelerometer" in done.cannot_hold
+
+
+@pytest.mark.parametrize("name", ["inav", "betaflight"])
+def test_counts_of_an_unusual_range_are_exported_only_where_the_controller_has_them(
+    name: str, tmp_path: Path
+) -> None:
+    """A range of ±24 g makes 1366 counts of 1 g, 1.33 times the nearest power of two."""
+    made = calibration(felt=False)
+    per_g = 1366.0 / np.cbrt(1.0 / np.linalg.det(MATRIX))
+    sensor = msgspec.structs.replace(
+        made["accelerometer"],
+        matrix=(MATRIX * G / per_g).tolist(),
+        bias=(BIAS * per_g / G).tolist(),
+        bias_unit="count",
+    )
+    holds = [
+        msgspec.structs.replace(
+            one,
+            accelerometer=(np.array(one.accelerometer) * per_g / G).tolist(),
+            accelerometer_covariance=(1e-8 * (per_g / G) ** 2 * np.eye(3)).tolist(),
+            accelerometer_scatter=[1e-8 * (per_g / G) ** 2] * 3,
+        )
+        for one in made.hold_means
+    ]
+    made = msgspec.structs.replace(made, sensors={"accelerometer": sensor}, hold_means=holds)
+    for counts in (None, 2048.0):
+        with pytest.raises(UsageError, match="most chips have a power of two") as caught:
+            write_export(made, name, tmp_path / "a.txt", ExportSettings(counts_per_g=counts))
+        assert caught.value.settings == ("counts_per_g",)
+    done = write_export(made, name, tmp_path / "a.txt", ExportSettings(counts_per_g=1366.0))
+    assert "1 g is taken for 1366 counts in the readings" in done.notes
+    values = [*named_values((tmp_path / "a.txt").read_bytes()).values()]
+    np.testing.assert_allclose(values[:3], BIAS * per_g / G, atol=12.0)
+    if name == "inav":
+        np.testing.assert_allclose(values[3:], 4096.0 * np.diag(MATRIX), rtol=0.03)
 
 
 def warm(made: Calibration) -> Calibration:

@@ -1,5 +1,6 @@
 """What the calibration file keeps of the measurement: it proves the calibration without samples."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from imucal_wizard.report.measured import increments_of
 from imucal_wizard.report.proof import Proof, own
 from imucal_wizard.simulate.recording import simulate_recording
 from tests.diagnose.recordings import fitted, tumbled
+from tests.report.devices import calibration
 
 PROMISED = np.radians(1e-3)
 """To which the increments of a rotation give its attitude."""
@@ -47,6 +49,30 @@ def test_increments_give_the_attitude_of_the_samples_for_any_calibration() -> No
             found = kept.attitudes((kept.readings() - bias) @ matrix.T)[-1]
             assert angle(found, whole) < PROMISED
         assert len(kept.edges) < 0.5 * len(one.time)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 180.0])
+def test_few_samples_of_no_turn_or_half_a_turn_are_kept_in_an_interval(degrees: float) -> None:
+    """The sine of either angle is zero, which is no sign that nothing is missing."""
+    report, _ = fitted(rotations=1)
+    time = np.arange(21) / 20.0
+    rate = np.tile([0.0, 0.0, np.radians(degrees)], (21, 1))
+    kept = replace(report.rotations[0], time=time, rate=rate, accelerometer=None)
+    found = increments_of(kept, 0, 1, np.eye(3), np.zeros(3))
+    assert [found.edges[0], found.edges[-1]] == [0.0, 1.0]
+    turned = found.attitudes(found.readings())[-1]
+    assert np.degrees(np.arccos(0.5 * (np.trace(turned) - 1.0))) == pytest.approx(degrees, abs=1e-4)
+
+
+def test_the_error_of_a_rotation_is_an_angle_also_if_it_is_large() -> None:
+    """Without any rate gravity is not carried at all."""
+    made = calibration(turns=3)
+    errors = Proof(made).residuals({"gyroscope": lambda one: 0.0 * one.reading}, frame=False)
+    up = made["accelerometer"].apply(made.means())
+    up /= np.linalg.norm(up, axis=1)[:, None]
+    angles = np.arccos((up[1:] * up[:-1]).sum(axis=1))
+    assert angles.max() > 0.5
+    np.testing.assert_allclose(errors["gyroscope"], angles, rtol=1e-9)
 
 
 def test_the_file_alone_gives_the_errors_that_the_fit_told(tmp_path: Path) -> None:
@@ -116,6 +142,16 @@ def test_the_magnetometers_means_have_the_size_of_the_field(tmp_path: Path) -> N
     field = sensor.apply(np.array([one.reading for one in made.field_means]))
     size = np.linalg.norm(field, axis=1) + [one.shortened for one in made.field_means]
     assert np.std(size) < 0.01 * np.mean(size)
+    # one statistic under one name, also of a drift that counts from the first sample
+    error = Proof(made).errors(own(made), frame=False)["magnetometer"]
+    assert error == pytest.approx(sensor.rms_fitted, rel=0.01)
+    benches = tumbled("magnetometer/bias-drift:0.3:x")
+    bench = benches.bench("magnetometer")
+    assert bench is not None
+    bench.add("bias-drift")
+    made = saved(benches, tmp_path)
+    error = Proof(made).errors(own(made), frame=False)["magnetometer"]
+    assert error == pytest.approx(made["magnetometer"].rms_fitted, rel=0.03)
     assert any(hold.magnetometer is not None for hold in made.hold_means)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -12,8 +13,11 @@ from benchmarks.q_cases import BNO055
 from benchmarks.rate_table import table_recording
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.readings import Readings, Series
+from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.table_steps import KnownRates
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
 from imucal_wizard.report.calibrated_device import (
     CalibratedDevice,
     RecheckSettings,
@@ -21,6 +25,7 @@ from imucal_wizard.report.calibrated_device import (
 )
 from imucal_wizard.report.calibration_file import Calibration, read_calibration
 from imucal_wizard.report.calibration_record import from_report
+from imucal_wizard.report.proof import Proof, own
 from tests.report.devices import calibration
 
 RATES_DEG = (60.0, 150.0)
@@ -43,6 +48,34 @@ def calibrated() -> Calibration:
     """By the table alone."""
     report = fit_readings(recorded(5), FitOptions(rates=RATES.rates))
     return from_report(report, "a table", "2026-01-01T00:00:00+00:00")
+
+
+def test_the_file_alone_gives_the_errors_of_a_table_with_a_drift(tmp_path: Path) -> None:
+    """Time counts from the first sample, as in the fit, and the temperature is kept."""
+    readings = recorded(5)
+    assert readings.gyroscope is not None
+    time = readings.gyroscope.time
+    felt = np.radians(0.05) * (time - time[0])[:, None] / 60.0 * [1.0, 0.0, 0.0]
+    warm = Series(time, (20.0 + time / 60.0)[:, None], "degC")
+    drifting = replace(readings.gyroscope, values=readings.gyroscope.values + felt)
+    readings = replace(readings, gyroscope=drifting, temperature=warm)
+    report = fit_readings(readings, FitOptions(rates=RATES.rates))
+    experiment = report.sensors["gyroscope"].experiment
+    assert experiment is not None
+    for name in ("bias-drift", "bias-temperature"):
+        found = fit(experiment, (Term(effect(name)),))
+        sensors = {**report.sensors, "gyroscope": found}
+        made = from_report(replace(report, sensors=sensors), "a table", "2026-01-01")
+        made = read_calibration(made.save(tmp_path / "c.json", force=True))
+        error = Proof(made).errors(own(made), frame=False)["gyroscope"]
+        assert error == pytest.approx(found.rms_fitted, rel=1e-6)
+        if name == "bias-drift":  # a file of an earlier version is still read
+            bare = [
+                msgspec.structs.replace(one, time=None, temperature=None)
+                for one in made.table_means
+            ]
+            older = msgspec.structs.replace(made, table_means=bare)
+            assert read_calibration(older.save(tmp_path / "o.json", force=True)).table_means == bare
 
 
 @pytest.mark.parametrize(

@@ -20,10 +20,12 @@ from imucal_wizard.estimate.second_stage.live_heading import LiveHeading, live_h
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
 from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.drawing import rose
-from imucal_wizard.tui.panels.report import fit_summary, magnetic_parts
+from imucal_wizard.tui.panels.report import fit_summary, magnetic_parts, parameter_table
 from imucal_wizard.tui.screens.heading import course_rows
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
@@ -114,6 +116,25 @@ def test_the_second_stage_is_told_with_dip_clock_closure_and_heading(aligned: Fi
     text = printed(Group(*magnetic_parts(aligned)))
     for word in ("SECOND STAGE", "dip 66.", "clock is +3", "closure about the vertical", "heading"):
         assert word in text
+
+
+def test_parameters_stand_as_in_the_text_of_fit(aligned: FitReport) -> None:
+    """The effects in the formula; an error that is not known; what a method does not fit."""
+    fit = aligned.sensors["accelerometer"]
+    first, *others = fit.parameters
+    angles = [replace(one, value=0.0, carried=False) for one in others if "theta" in one.name]
+    fit = replace(
+        fit,
+        method="six-position",
+        parameters=(replace(first, standard_error=None), *angles),
+        terms=(Term(effect("second-order")),),
+    )
+    report = replace(aligned, sensors={"accelerometer": fit})
+    text = printed(parameter_table(report), 100)
+    assert "corrected = M · (reading − b) − effects (second-order)" in text
+    assert "± not known m/s²" in text
+    assert text.count("▲ nominal: the six-position method does not fit it") == 3
+    assert "not determined" not in text
 
 
 def test_a_result_without_a_magnetometer_has_no_rows_of_iron() -> None:

@@ -313,7 +313,7 @@ async def test_the_saved_calibration_is_written_for_another_program_by_one_key()
         await pilot.press("x")
         await shows(pilot, "export for", "ArduPilot")
         await pilot.press("enter")
-        await shows(pilot, "✓ a.yaml", "0.102 mg", "▲ not in this file: the gyroscope")
+        await shows(pilot, "written: a.yaml", "0.102 mg", "cannot hold: the gyroscope")
         await pilot.press("escape")
         await shows(pilot, "x export")
 
@@ -326,7 +326,7 @@ async def test_a_result_is_saved_first_when_it_is_exported() -> None:
         await shows(pilot, "export for", "ArduPilot")
         assert app.state.saved is None
         await pilot.press("enter")
-        await shows(pilot, "✓ a.yaml")
+        await shows(pilot, "written: a.yaml")
         assert app.state.saved is not None
 
 
@@ -350,4 +350,4 @@ async def test_a_second_key_waits_until_the_first_file_is_written() -> None:
         await shows(pilot, "Writing the file")
         assert len(begun) == 1
         ready.set()
-        await shows(pilot, "✓ a.yaml")
+        await shows(pilot, "written: a.yaml")

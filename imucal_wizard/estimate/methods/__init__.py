@@ -34,6 +34,7 @@ class Method:
         paper: ``Q``, ``N``, or "" for neither.
         run: makes the result from ``method_data.Magnitudes`` (accelerometer, magnetometer) or
             ``method_data.GyroscopeData`` (gyroscope).
+        each_axis_alone: it fits no angles between the axes.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Method:
     title: str
     paper: str
     run: "Callable[[Any], SensorFit]"
+    each_axis_alone: bool = False
 
 
 @cache

@@ -246,6 +246,7 @@ METHODS = (
         "bias at rest, then one scale per axis (eq. 16–18)",
         "Q",
         partial(run, "static"),
+        each_axis_alone=True,
     ),
     Method(
         "dynamic",
@@ -253,5 +254,6 @@ METHODS = (
         "scale and bias per axis together (eq. 19–21)",
         "Q",
         partial(run, "dynamic"),
+        each_axis_alone=True,
     ),
 )

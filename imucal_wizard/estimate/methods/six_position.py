@@ -70,5 +70,12 @@ def six_position(faces: Mapping[str, FloatArray], gravity: float) -> tuple[Float
 
 
 METHODS = (
-    Method(NAME, ("accelerometer",), "bias and scale from the six faces (eq. 13–14)", "Q", run),
+    Method(
+        NAME,
+        ("accelerometer",),
+        "bias and scale from the six faces (eq. 13–14)",
+        "Q",
+        run,
+        each_axis_alone=True,
+    ),
 )

@@ -15,6 +15,7 @@ from typing import Any
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import write_atomically
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.records import dataclass, fields_of
 from imucal_wizard.core.units import SI_UNIT
 from imucal_wizard.model.effect import Effect
@@ -120,6 +121,13 @@ class ExportErrors:
         """Whether the readings as they are err less than those that the file corrects."""
         return self.rms_before is not None and self.rms_exported > self.rms_before
 
+    def __str__(self) -> str:
+        full, exported = (quantity(e, self.unit) for e in (self.rms_calibration, self.rms_exported))
+        before = (
+            "" if self.rms_before is None else f"before {quantity(self.rms_before, self.unit)}, "
+        )
+        return f"{before}calibration {full}, exported {exported}"
+
 
 @dataclass(frozen=True)
 class Exported:
@@ -153,6 +161,29 @@ class Exported:
     notes: tuple[str, ...] = ()
     files: tuple[Path, ...] = ()
     sensors: Mapping[str, ExportErrors] = field(default_factory=dict)
+
+    @property
+    def worse(self) -> list[str]:
+        """The sensors that the file corrects worse than not at all."""
+        return [name for name, one in self.sensors.items() if one.worse_than_none]
+
+    def lines(self) -> list[tuple[str, str]]:
+        """What was written and how it was proven; each line after its kind.
+
+        The kinds are ``about``, ``lost``, ``note``, ``error``, ``file`` and ``worse``.
+        """
+        unproven = "not proven: this calibration file has no measurements to apply the export to"
+        worse = "▲ what this file holds of the {} is worse than no calibration: do not use it"
+        return [
+            ("about", self.formula),
+            ("about", self.direction),
+            *(("lost", f"cannot hold: {text}") for text in self.cannot_hold),
+            *(("note", f"note: {text}") for text in self.notes),
+            *(("error", f"error of the {name}: {one}") for name, one in self.sensors.items()),
+            *([] if self.sensors else [("error", unproven)]),
+            *(("file", f"written: {path}") for path in self.files or (self.path,)),
+            *(("worse", worse.format(name)) for name in self.worse),
+        ]
 
 
 def targets() -> dict[str, ExportTarget]:

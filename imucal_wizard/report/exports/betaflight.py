@@ -54,7 +54,7 @@ TARGET = ExportTarget(
     keeps={"accelerometer": Kept(("bias",))},
     write=_write,
     read=lambda files, settings: read_counts(_settings, files[""], settings.present),
-    notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
+    notes=lambda one, settings: notes_of_counts(one, settings.counts_per_g, settings.present),
     composes=("acc_calibration/2",),
     uses=("counts_per_g",),
 )

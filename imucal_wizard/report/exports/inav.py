@@ -64,7 +64,7 @@ TARGET = ExportTarget(
     keeps={"accelerometer": Kept(("bias", "scale"))},
     write=_write,
     read=lambda files, settings: read_counts(_settings, files[""], settings.present),
-    notes=lambda _one, settings: notes_of_counts(settings.counts_per_g, settings.present),
+    notes=lambda one, settings: notes_of_counts(one, settings.counts_per_g, settings.present),
     composes=("acczero_", "accgain_"),
     uses=("counts_per_g",),
 )

@@ -31,9 +31,11 @@ from imucal_wizard.estimate.result import (
 )
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.report.text import (
+    correction_formula,
     errors_text,
     field_lines,
     interval_text,
+    parameter_cells,
     second_stage_lines,
 )
 from imucal_wizard.tui.text import STYLES, Line, by_sign, clean, rich_text, wrapped
@@ -320,26 +322,17 @@ def parameter_table(report: FitReport) -> Group:
         table.add_column(min_width=24, no_wrap=True)
         table.add_column(justify="right", no_wrap=True)
         for parameter in fit.parameters:
-            table.add_row(f"  {parameter.name}", *_parameter(parameter))
+            value, error, why = parameter_cells(parameter, fit)
+            nominal = (f" ▲ {why}" * bool(why), STYLES["warn"])
+            unit = f"{error} {unit_sign(parameter.unit)}".strip()
+            table.add_row(f"  {parameter.name}", Text(value, "bold"), Text.assemble(unit, nominal))
         parts += [Text.assemble((fit.sensor, "bold"), (model, "dim")), table, "", _applied(fit), ""]
     return Group(*parts)
 
 
-def _parameter(parameter: Parameter) -> tuple[Text, Text]:
-    value, error = number(parameter.value, 6), ""
-    if parameter.standard_error:
-        value, error = value_and_error(parameter.value, parameter.standard_error)
-        error = f"± {error}"
-        if parameter.standard_error_repeats:
-            places = decimals(parameter.standard_error)
-            error += f" (repeats ± {fixed(parameter.standard_error_repeats, places)})"
-    lacking = "" if parameter.carried else " ▲ not determined"
-    spread = Text.assemble(f"{error} {unit_sign(parameter.unit)}", (lacking, STYLES["warn"]))
-    return Text(value, "bold"), spread
-
-
 def _applied(fit: SensorFit) -> Group:
-    head = f"  corrected = M · (reading − b)   rows of M, then b in {unit_sign(fit.bias_unit)}"
+    formula = correction_formula([term.name for term in fit.terms])
+    head = f"  {formula}   rows of M, then b in {unit_sign(fit.bias_unit)}"
     table = Table.grid(padding=(0, 2))
     for values in np.column_stack([np.asarray(fit.matrix), np.asarray(fit.bias)]).tolist():
         table.add_row("", *(Text(number(value, 7), justify="right") for value in values))

@@ -14,8 +14,7 @@ from textual.widgets import OptionList
 from textual.widgets.option_list import Option
 
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.core.quantities import quantity
-from imucal_wizard.report.exports import Exported, ExportTarget
+from imucal_wizard.report.exports import ExportTarget
 from imucal_wizard.tui.state import WizardState
 from imucal_wizard.tui.text import wrapped
 from imucal_wizard.tui.widgets.footer import KeyFooter
@@ -23,6 +22,10 @@ from imucal_wizard.tui.widgets.lines import Lines
 
 if TYPE_CHECKING:  # the app imports this module while its first screen is shown
     from imucal_wizard.tui.app import BaseApp
+
+
+_STYLES = {"about": "quiet", "lost": "warn", "file": "good", "worse": "bad"}
+"""Of the kinds of lines; the others are plain."""
 
 
 class ExportScreen(ModalScreen[None]):
@@ -69,22 +72,10 @@ class ExportScreen(ModalScreen[None]):
         except ImucalError as error:
             self._show([(f"▲ {error}", "warn")])
         else:
-            self._show(outcome(done))
+            rows = sorted(done.lines(), key=lambda row: row[0] != "file")
+            self._show([(text, _STYLES.get(kind, "")) for kind, text in rows])
 
     def _show(self, rows: Sequence[tuple[str, str]]) -> None:
         self.query_one("#exported", Lines).draw(
             lambda width, _: [row for text, style in rows for row in wrapped(text, width, style)]
         )
-
-
-def outcome(done: Exported) -> list[tuple[str, str]]:
-    """The file, its error and that of the calibration, what it cannot hold."""
-    rows = [(f"✓ {path}", "good") for path in done.files or (done.path,)]
-    rows.append((f"{done.formula}, {done.direction}", "quiet"))
-    for name, one in done.sensors.items():
-        full, read_back = (quantity(e, one.unit) for e in (one.rms_calibration, one.rms_exported))
-        before = "" if one.rms_before is None else f"before {quantity(one.rms_before, one.unit)}, "
-        words = f"{before}of the calibration {full}, of the file read back {read_back}"
-        rows.append((f"{name}: error {words}", ""))
-    rows += [(f"▲ not in this file: {text}", "warn") for text in done.cannot_hold]
-    return rows + [(text, "") for text in done.notes]
