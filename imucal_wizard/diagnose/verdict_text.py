@@ -448,8 +448,15 @@ MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
 
+_FOLLOWS_NOTHING = (
+    "These data do not show that the difference follows the time or the pose before: the device "
+    "may settle a little differently each time, its error may differ between poses that are nearly "
+    "alike, or its axes may change in the session or with the temperature."
+)
+
+
 def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    """What the difference between repeats follows, as far as it was tested."""
+    """What the difference between repeats follows, where the tests show it."""
     opinion, nearest = _opinion(diagnosis), _nearest(diagnosis)
     if not bench.measured.at_rest:
         return [
@@ -470,13 +477,7 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
         nearly = _nearest_pair(diagnosis, bench) or f"{sizes}, which {follows},"
         return [f"{_capital(nearly)} comes nearest, but this is not certain."]
-    return [
-        (
-            "These data do not show that the difference follows the time or the pose before: the "
-            "device may settle a little differently each time, or its error differs between poses "
-            "that are nearly alike."
-        )
-    ]
+    return []
 
 
 def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -496,9 +497,9 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"The same {what} does not repeat: it differs by {size} from visit to visit "
             f"({interval}); the {noise} gives {within}."
         ),
-        *_course(diagnosis, bench),
+        *(_course(diagnosis, bench) or ([] if curves else [_FOLLOWS_NOTHING])),
         *curves,
-        *([] if curves else ["No model can be judged below this difference."]),
+        *([] if curves else ["No model of the pose alone can be judged below this difference."]),
         f"The error is {_against_noise(bench)}.",
     ]
 
