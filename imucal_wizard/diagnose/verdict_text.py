@@ -391,6 +391,8 @@ def _curves(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if shape.against == "time":  # so does everything that changes with it
         depends = f"follows {shape.over}"
     sentences = [f"{what} of {shape.axis} {depends}: {shape.words()}."]
+    if not alone:
+        sentences.append("More than noise is left beside it, so that its ± says too little.")
     if others:
         names = _or(tuple(one.term for one in others))
         sentences.append(f"It may be {names} as well: these data cannot decide which.")
