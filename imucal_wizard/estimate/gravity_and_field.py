@@ -272,6 +272,8 @@ def _why_gravity_alone(
             "the gyroscope's fit to gravity alone predicts rotations left out better than the fit "
             "to both references, so it is kept"
         )
+    if alone.method != DEFAULTS["gyroscope"]:
+        return f"the gyroscope stays with the method that was asked for: {alone.method}"
     more = (both.fitted_entries & ~alone.fitted_entries).any()
     useless = not more and added.standard_errors is not None and added.standard_errors >= 1.0
     # errors of the field that are not noise would count as errors of the gyroscope
@@ -280,8 +282,6 @@ def _why_gravity_alone(
             "the magnetometer's model leaves more than noise, and headings make no gain of the "
             "gyroscope more certain: it is fitted to gravity alone"
         )
-    if alone.method != DEFAULTS["gyroscope"]:
-        return f"the gyroscope stays with the method that was asked for: {alone.method}"
     return ""
 
 
