@@ -722,8 +722,8 @@ def _with_splits(suspects: tuple[Suspect, ...], heard: Hearing | None) -> tuple[
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
 MAX_SHARE_NOT_PREDICTED = 0.25
-"""Share of the squares held out, beyond those of noise, that a probable effect, a curve with a shape
-or an effect that fits may leave: what predicts less may have any other cause."""
+"""Share of the squares held out, beyond those of noise, that a probable effect, a curve with a
+shape or an effect that fits may leave: what predicts less may have any other cause."""
 
 
 def share_not_predicted(now: float, then: float, floor: float | None) -> float:
