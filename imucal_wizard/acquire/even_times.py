@@ -26,11 +26,14 @@ _MAX_WANDER = 0.3
 _MIN_RESULTANT = 0.3
 """Mean resultant length of the phases of so many samples, below which they lie about no even times:
 a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
+_MAX_SHIFTED = 10
+"""Samples in a row that are late by half an interval."""
 _LEVEL_SIGMAS = 3.0
 """Standard deviations by which a course differs from a level one if it is not level."""
 JITTER_NOTE = (
     "the times jitter about even ones, as if they were rounded or taken on arrival: the even ones "
-    "are used"
+    "are used. What is wrong with them shows in rotations: where more than noise is left of the "
+    "gyroscope, it may be that"
 )
 
 
@@ -97,6 +100,21 @@ def _usual_steps(time: FloatArray) -> FloatArray:
     return steps[steps <= MAX_STEP_RATIO * median(steps)] if len(steps) else steps
 
 
+def _period(time: FloatArray) -> float:
+    """The sampling interval of times that jitter, s.
+
+    The steps over which no sample seems to be missing are too short on average: without the longest
+    ones, those that follow a late time are left. Over more and more samples the jitter is spread
+    over more intervals, whose number the shorter stretches tell.
+    """
+    period = median(np.diff(time))
+    for reach in (3, 10, 30, _JITTER_SAMPLES) if period > 0.0 else ():
+        apart = time[reach:] - time[:-reach]
+        intervals = np.maximum(np.round(apart / period), 1.0)
+        period = float(apart.sum() / intervals.sum())
+    return period
+
+
 def without_jitter(time: FloatArray) -> FloatArray | None:
     """The even times about which given ones jitter; None if they do not jitter, or wander.
 
@@ -108,7 +126,7 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
         time: s, shape (n,), never decreasing.
     """
     steps, usual = np.diff(time), _usual_steps(time)
-    period = float(usual.mean()) if len(usual) > 2 * _JITTER_SAMPLES else 0.0
+    period = _period(time) if len(usual) > 2 * _JITTER_SAMPLES else 0.0
     if not period > 0.0 or usual.std() < _MIN_JITTER * period:
         return None
     restarts = across_restarts(steps)
@@ -133,15 +151,24 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
 def _apart(even: FloatArray, period: float) -> FloatArray:
     """Even times of which no two samples have the same.
 
-    A sample that is later or earlier than the others by more than half an interval seems to be the
-    next or the previous one. It belongs on the empty side of the two that have one time.
+    Samples that are later or earlier than the others by more than half an interval seem to be the
+    next or the previous ones. They belong where the nearest place is empty, and so do those
+    between.
     """
     steps = np.diff(even, prepend=-np.inf, append=np.inf)
     for one in np.flatnonzero(steps < 0.5 * period).tolist():
-        if steps[one - 1] > 1.5 * period:
-            even[one - 1] -= period
-        elif steps[one + 1] > 1.5 * period:
-            even[one] += period
+        before = steps[max(one - _MAX_SHIFTED, 0) : one][::-1] > 1.5 * period
+        after = steps[one + 1 : one + 1 + _MAX_SHIFTED] > 1.5 * period
+        back = int(before.argmax()) + 1 if before.any() else len(steps)
+        on = int(after.argmax()) + 1 if after.any() else len(steps)
+        if min(back, on) == len(steps):
+            continue
+        rows, by = slice(one - back, one), -period
+        if on < back:
+            rows, by = slice(one, one + on), period
+        even[rows] += by
+        steps[rows.start] += by
+        steps[rows.stop] -= by
     return even
 
 

@@ -19,6 +19,8 @@ from imucal_wizard.core.quaternions import cross, multiply
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 
+MAX_UNEVEN = 4.0
+"""Of two intervals beside a sample, the longer over the shorter; three lost samples make it 4."""
 STEPS_PER_PIECE = 32
 """Each rotation is padded with empty steps to a multiple of this, so that pairs are slices."""
 
@@ -146,15 +148,22 @@ def rotation_samples(
 
 
 def _slopes(time: FloatArray, nodes: IntArray) -> FloatArray:
-    """Weights of three nodes in the slope of their parabola at each time (Lagrange), (3, k)."""
+    """Weights of three nodes in the slope of their parabola at each time (Lagrange), (3, k).
+
+    Where the two intervals differ much, the shorter one is mostly an error of the times, by which
+    the parabola would divide: the chord from the first node to the last one stands for it.
+    """
     p, q, r = time[nodes]
-    return np.array(
+    parabola = np.array(
         [
             (2.0 * time - q - r) / ((p - q) * (p - r)),
             (2.0 * time - p - r) / ((q - p) * (q - r)),
             (2.0 * time - p - q) / ((r - p) * (r - q)),
         ]
     )
+    chord = np.array([1.0, 0.0, -1.0])[:, None] / (p - r)
+    uneven = np.maximum(q - p, r - q) > MAX_UNEVEN * np.minimum(q - p, r - q)
+    return np.where(uneven, chord, parabola)
 
 
 def strictly_later(time: FloatArray) -> BoolArray:

@@ -349,6 +349,12 @@ class Pairs:
         return found.copy()
 
 
+def _numbered(names: Sequence[str]) -> NDArray[np.intp]:
+    """The same number for the same name."""
+    known: dict[str, int] = {}
+    return np.array([known.setdefault(one, len(known)) for one in names])
+
+
 def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     """Pairs of single parameters and disturbed holds; None without any."""
     single = [
@@ -358,21 +364,21 @@ def all_pairs(hypotheses: Sequence[Hypothesis]) -> Pairs | None:
     ]
     if not single:
         return None
-    family = np.array([one.families[0] for one in single])
-    number = np.unique(family, return_inverse=True)[1]
+    number = _numbered([one.families[0] for one in single])
     bent = np.array([one.families[0] in BENT for one in single])
-    axis = np.array([one.parameter for one in single])
-    wrong = family == DISTURBED
-    first, second = np.triu_indices(len(single), 1)
-    term = np.array([one.terms[0] if one.terms else "" for one in single])
-    related = (number[first] == number[second]) & (axis[first] == axis[second])
-    event = np.array([one.event for one in single])
-    related &= (term[first] != term[second]) & ~bent[first] & ~event[first] & ~event[second]
-    keep = (number[first] != number[second]) | (wrong[first] & wrong[second]) | related
+    axis = _numbered([one.parameter for one in single])
+    wrong = np.array([one.families[0] == DISTURBED for one in single])
+    term = _numbered([one.terms[0] if one.terms else "" for one in single])
+    alike = number[:, None] == number
+    lasting = ~bent & np.array([not one.event for one in single])
+    related = alike & (axis[:, None] == axis) & (term[:, None] != term)
+    related &= lasting[:, None] & lasting
     sparse = np.array([one.sparsely for one in single])
     setting = np.array([one.variant is not None for one in single])
-    keep &= ~(sparse[first] & setting[second]) & ~(sparse[second] & setting[first])
-    first, second, related = first[keep], second[keep], related[keep]
+    apart = sparse[:, None] & setting
+    keep = (~alike | (wrong[:, None] & wrong) | related) & ~(apart | apart.T)
+    first, second = np.nonzero(np.triu(keep, 1))
+    related = related[first, second]
     if not len(first):
         return None
     both, mixed = wrong[first] & wrong[second], wrong[first] ^ wrong[second]

@@ -158,7 +158,8 @@ def _add_pairs(
         return
     labels = [_label(one) for one in pairs.members]
     distinct = sorted(set(labels), key=lambda label: (label.families, label.terms))
-    number: NDArray[np.intp] = np.array([distinct.index(label) for label in labels])
+    known = {label: k for k, label in enumerate(distinct)}
+    number: NDArray[np.intp] = np.array([known[label] for label in labels])
     size = len(distinct)
     table = np.zeros((size, size))
     np.add.at(table, (number[pairs.first], number[pairs.second]), posterior.paired)

@@ -24,6 +24,7 @@ from imucal_wizard.estimate.fit import fit, minimum
 from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE, GyroscopeExperiment, motion_of
 from imucal_wizard.estimate.gyroscope_fit import determined_entries
 from imucal_wizard.estimate.gyroscope_report import SMALLEST_ROTATION
+from imucal_wizard.estimate.lack_of_fit import lack_without
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.noise import rest_of
@@ -249,19 +250,44 @@ def with_gyroscope(
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
     stage = replace(stage, added=added)
-    if better.degrees_of_freedom < 1:
-        note = "the rotations leave no residual by which to judge a fit to both references"
-        return replace(stage, notes=(*stage.notes, note)), fit_before
+    note = _why_gravity_alone(fit_before, better, added, found)
+    return (replace(stage, notes=(*stage.notes, note)), fit_before) if note else (stage, better)
+
+
+def _why_gravity_alone(
+    alone: SensorFit, both: SensorFit, added: Added, found: MagnetometerFit
+) -> str:
+    """Why the gyroscope's fit to gravity alone is kept; "" where that to both references is.
+
+    Args:
+        alone: the fit to gravity.
+        both: the fit to gravity and field.
+        added: what the field adds.
+        found: the magnetometer in its own frame.
+    """
+    if both.degrees_of_freedom < 1:
+        return "the rotations leave no residual by which to judge a fit to both references"
     if not added.better:
-        note = (
+        return (
             "the gyroscope's fit to gravity alone predicts rotations left out better than the fit "
             "to both references, so it is kept"
         )
-        return replace(stage, notes=(*stage.notes, note)), fit_before
-    if fit_before.method != DEFAULTS["gyroscope"]:
-        note = f"the gyroscope stays with the method that was asked for: {fit_before.method}"
-        return replace(stage, notes=(*stage.notes, note)), fit_before
-    return stage, better
+    more = (both.fitted_entries & ~alone.fitted_entries).any()
+    useless = not more and added.standard_errors is not None and added.standard_errors >= 1.0
+    # errors of the field that are not noise would count as errors of the gyroscope
+    if useless and not _within_noise(found.fit):
+        return (
+            "the magnetometer's model leaves more than noise, and headings make no gain of the "
+            "gyroscope more certain: it is fitted to gravity alone"
+        )
+    if alone.method != DEFAULTS["gyroscope"]:
+        return f"the gyroscope stays with the method that was asked for: {alone.method}"
+    return ""
+
+
+def _within_noise(fit: SensorFit) -> bool:
+    """Whether measured noise makes what a fit leaves, where it can be judged."""
+    return fit.rows is None or lack_without(fit.rows, np.zeros(0, np.intp)).within_noise
 
 
 def _field_moved(

@@ -11,8 +11,6 @@ from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.measurement.holds import Hold
 
-HOLD_FREEDOM = 4
-"""Usual degrees of freedom per axis of the covariance of an average."""
 TREMBLING = 2.0
 """Variance across gravity over that along it from which on they are two numbers and not one ..."""
 SURE = 3.0
@@ -171,7 +169,8 @@ def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
     covariances = np.array([hold.gyroscope_covariance for hold in with_rate])
     seconds = np.array([hold.end - hold.start for hold in with_rate])
     columns = covariances[:, range(3), range(3)] * seconds[:, None]
-    return np.array([pooled(column, HOLD_FREEDOM) for column in columns.T])
+    freedom = np.array([hold.noise_freedom for hold in with_rate])
+    return np.array([pooled(column, freedom) for column in columns.T])
 
 
 def _moderated(
@@ -293,7 +292,7 @@ def _swayed(
     if not known.any():
         return swayed
     slow = across / single if (single > 0.0).all() else across
-    usual = pooled(slow[known], 2 * HOLD_FREEDOM)
+    usual = pooled(slow[known], 2 * freedom[known])
     for k in np.flatnonzero(known & (slow > usual) & (across > along)):
         far = exceeded(slow[k] / usual, 2 * freedom[k], EXACT_FREEDOM) < SWAYED_P / len(along)
         ratio = across[k] / along[k]
@@ -347,14 +346,19 @@ def _centre(means: FloatArray) -> FloatArray:
     return np.asarray(middle if found is None else middle + reach * found[0])
 
 
-def pooled(values: FloatArray, freedom: int) -> float:
+def pooled(values: FloatArray, freedom: FloatArray | IntArray) -> float:
     """Mean of χ²-distributed values from their median, which a disturbed one does not move.
 
     Median over mean is ``(1 − 2/(9ν))³`` (Wilson & Hilferty).
+
+    Args:
+        values: distributed as χ²/ν about one variance, NaN where unknown, shape (n,).
+        freedom: ν of each, shape (n,).
     """
-    known = values[np.isfinite(values)]
-    ratio = (1.0 - 2.0 / (9.0 * freedom)) ** 3
-    return median(known) / ratio if len(known) else 0.0
+    known = np.isfinite(values) & (freedom > 0)
+    if not known.any():
+        return 0.0
+    return median(values[known] / (1.0 - 2.0 / (9.0 * freedom[known])) ** 3)
 
 
 @dataclass(frozen=True, eq=False)

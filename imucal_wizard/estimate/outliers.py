@@ -32,6 +32,10 @@ class Outlier:
     ratio: float
 
 
+LEAST_LEFT = 1e-9
+"""Share of the squares below which what is left per degree of freedom is rounding."""
+
+
 def outlier(drops: FloatArray, total: float, size: int, freedom: float) -> Outlier | None:
     """The hold or rotation that stands out, if any.
 
@@ -46,9 +50,10 @@ def outlier(drops: FloatArray, total: float, size: int, freedom: float) -> Outli
         return None
     worst = int(np.argmax(drops))
     drop = float(drops[worst])
-    if not drop > 0.0:
+    spread = (total - drop) / rest
+    # where it takes everything away nothing is left to compare it with
+    if not spread > LEAST_LEFT * total:
         return None
-    spread = max((total - min(drop, total)) / rest, 1e-12 * drop)
     ratio = drop / size / spread
     probability = min(len(drops) * exceeded(ratio, size, rest), 1.0)
     if probability >= FALSE_ALARM:

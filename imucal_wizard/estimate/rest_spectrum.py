@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise import pooled, rate_noise
 from imucal_wizard.measurement.holds import Hold
@@ -40,8 +40,6 @@ MIN_SPECTRUM_SAMPLES = 16
 """Of a hold or rotation, for a spectrum with something in each band."""
 ENOUGH_AT_REST = 500_000
 """Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
-BAND_FREEDOM = 4
-"""Degrees of freedom of the power in a band on each axis, in a hold of three seconds."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
 
@@ -121,7 +119,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     series = None if readings is None else readings.gyroscope
     if series is None:
         return None
-    levels, ends, counts, seen = [], [], [], 0
+    levels, widths, ends, counts, seen = [], [], [], [], 0
     edges = BAND * np.arange(1.0, max(int(min(series.rate / 4.0, HIGHEST) / BAND), 2) + 1.0)
     for hold in holds:
         own = hold.readings(series)
@@ -142,6 +140,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
         if (np.diff(first) > 0).all():
             sums = np.add.reduceat(density[: first[-1]], first[:-1])
             levels.append(sums / np.diff(first)[:, None])
+            widths.append(np.diff(first))
     if not levels:
         return None
     many = np.maximum(np.sum(counts, axis=0), 1)
@@ -150,24 +149,36 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     count = 1.5 * float(many[0])
     corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate
     known = edges[1:] <= max(corner, LOWEST_CORNER)
-    return RestSpectrum(
-        _quietest(np.array(levels)[:, known], rate_noise(holds)), half, quarter, count
-    )
+    freedom = _band_freedom(np.array(widths)[:, known])
+    quiet = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
+    return RestSpectrum(quiet, half, quarter, count)
 
 
-def _quietest(levels: FloatArray, lowest: FloatArray | None) -> FloatArray:
+def _band_freedom(lines: IntArray) -> FloatArray:
+    """Degrees of freedom of the mean of some lines of a spectrum under Hann's window.
+
+    Lines next to one another have a correlation of 4/9, the ones after those of 1/36.
+    """
+    pairs = 8.0 / 9.0 * (lines - 1) + np.maximum(lines - 2, 0) / 18.0
+    return np.asarray(2.0 * lines**2 / (lines + pairs))
+
+
+def _quietest(levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None) -> FloatArray:
     """Power in the bands of least motion, shape (3,).
 
     Args:
         levels: in each hold and band, shape (h, bands, 3).
+        freedom: degrees of freedom of each axis, shape (h, bands).
         lowest: below these bands, by the means of the holds, shape (3,), where it is known.
     """
     # the median over the holds leaves out those that something moved
     bands = np.moveaxis(levels, 1, 0)
-    usual = np.array([[pooled(axis, BAND_FREEDOM) for axis in band.T] for band in bands])
+    usual = np.array(
+        [[pooled(axis, own) for axis in band.T] for band, own in zip(bands, freedom.T, strict=True)]
+    )
     whole = usual.sum(axis=1)
     # the variance of a median is π/2 times that of a mean
-    doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * BAND_FREEDOM * len(levels)))
+    doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * freedom.sum(axis=0).min()))
     quiet = whole <= whole.min() * (1.0 + CLEAR * doubt)
     most = 0.0 if lowest is None else float(lowest.sum())
     # no sway, and no tremor where no band shows more than the lowest: a filter makes the fall

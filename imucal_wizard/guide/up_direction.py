@@ -49,6 +49,7 @@ class UpEstimate:
     def __init__(self, *, counts: bool) -> None:
         self._counts = counts
         self._start: tuple[FloatArray, float, float] | None = None
+        self._offset = 0.0
         self.bias = np.zeros(3)
         self.radius = 1.0
 
@@ -61,7 +62,10 @@ class UpEstimate:
         """Start from the mean reading of a device that is nearly at rest, shape (3,)."""
         if not np.isfinite(reading).all():
             return
-        offset = guessed_offset(reading) if self._counts else 0.0
+        self._begin(reading, guessed_offset(reading) if self._counts else 0.0)
+
+    def _begin(self, reading: FloatArray, offset: float) -> None:
+        self._offset = offset
         radius = float(np.linalg.norm(reading - offset))
         if radius > 0.0:
             self.bias, self.radius = np.full(3, offset), radius
@@ -76,6 +80,9 @@ class UpEstimate:
         """
         if self._start is None or not readings:
             return
+        if self._offset and min(float(one.min()) for one in readings) < 0.0:
+            # readings with an offset are never negative: the first hold had a corner up
+            self._begin(readings[0], 0.0)
         start, scale, prior = self._start
         points = (np.stack(readings) - start) / scale
         sizes = np.sqrt((points * points).sum(axis=1))

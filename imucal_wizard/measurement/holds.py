@@ -479,7 +479,7 @@ def mean_and_covariance(
     if moments is not None:
         # to first order in a block: cos(ωt + ωτu) = cos ωt − ωτu sin ωt
         turned = np.add.reduce(_slopes_of_waves(count)[:, :, None] * moments, axis=1)
-        power += turned
+        power = _passed_by_blocks(count)[:, None] * power + turned
     return origin + average, power.T @ power / (len(waves) * count), len(waves)
 
 
@@ -508,6 +508,16 @@ def _slopes_of_waves(count: int) -> FloatArray:
     cycles = len(waves) // 2
     over = 2.0 * np.pi * np.arange(1, cycles + 1)[:, None] / count
     return np.concatenate([-over * waves[cycles:], over * waves[:cycles]])
+
+
+@lru_cache(maxsize=256)
+def _passed_by_blocks(count: int) -> FloatArray:
+    """What the mean over a block leaves of each of the lowest waves, shape (k,)."""
+    waves = _lowest_waves(count)
+    if count <= 2:
+        return np.ones(len(waves))
+    cycles = np.arange(1, len(waves) // 2 + 1)
+    return np.asarray(np.tile(np.sinc(cycles / count), 2))
 
 
 _REACH = 64

@@ -150,10 +150,21 @@ def identifiable(directions: FloatArray, noise: float = TYPICAL_NOISE) -> Identi
             error = _expected_error(columns, basis_of(*model), level)
             best, least = (model, error) if error < least else (best, least)
     if best is not None:
-        return _carried(len(directions), *best)
-    raise DataError(
-        f"{plural(len(directions), 'distinct still position')} found, too few for bias and one "
-        "scale. Hold the device still with each of its six faces up"
+        return _carried(directions, *best)
+    found, missing = plural(len(directions), "distinct still position"), _missing(directions)
+    enough = len(directions) >= len(BIAS) + len(SCALE) and missing
+    why = f"none of them with {missing} up" if enough else "too few for bias and one scale"
+    raise DataError(f"{found} found, {why}. Hold the device still with each of its six faces up")
+
+
+def _missing(directions: FloatArray) -> str:
+    """The faces that are the uppermost one in no direction: ``+x, −z``; "" where all were."""
+    axis = np.abs(directions).argmax(axis=1)
+    largest = np.take_along_axis(directions, axis[:, None], axis=1)[:, 0]
+    up = {(k, value > 0.0) for k, value in zip(axis.tolist(), largest.tolist(), strict=True)}
+    faces = [(k, positive) for k in range(3) for positive in (True, False)]
+    return ", ".join(
+        f"{'+' if face[1] else '−'}{'xyz'[face[0]]}" for face in faces if face not in up
     )
 
 
@@ -170,6 +181,9 @@ def _models(directions: int) -> Iterator[tuple[tuple[int, ...], bool]]:
     yield BIAS, True
 
 
+LEAST_SHOWN = 0.1
+"""Least singular value of the radial effects by which the directions are said to determine a
+parameter, in units of the parameter: a hundred times what a hold's noise moves it by."""
 SMALLEST_MODE = 1e-9
 """Length of an error mode, in units of g and rad, below which it is rounding."""
 
@@ -190,19 +204,37 @@ def undetermined_modes(up: FloatArray, basis: FloatArray) -> FloatArray:
     return np.asarray(modes[:, np.linalg.norm(modes, axis=0) > SMALLEST_MODE])
 
 
-def _carried(count: int, places: tuple[int, ...], common: bool) -> Identifiable:
+def _carried(directions: FloatArray, places: tuple[int, ...], common: bool) -> Identifiable:
+    count, columns = len(directions), design(directions)
+    free = [*BIAS, *SCALE, *(place for place in places if place in NON_ORTHOGONALITY)]
     left = [place for place in NON_ORTHOGONALITY if place not in places]
-    dropped = tuple(ANGLES[place] for place in left)
-    names = [*dropped, *(["a scale of its own for each axis"] if common else [])]
-    reason = ""
-    if names:
-        used = "nominal angles and one scale" if common else "nominal values"
-        pairs = "; ".join(EDGES_OF[place] for place in left)
-        reason = (
-            f"{count} directions do not determine {', '.join(names)}: {used} are used. "
+    shown = {
+        place: np.linalg.matrix_rank(columns[:, [*free, place]], LEAST_SHOWN) > len(free)
+        for place in left
+    }
+    unknown = [ANGLES[place] for place in left if common or not shown[place]]
+    unjudged = [ANGLES[place] for place in left if not common and shown[place]]
+    used = "nominal angles and one scale" if common else "nominal values"
+    reasons = []
+    if common:
+        names = ", ".join((*unknown, "a scale of its own for each axis"))
+        faces = _missing(directions) or "other faces"
+        reasons.append(f"do not determine {names}: {used} are used. Add holds with {faces} up")
+    elif unknown:
+        pairs = "; ".join(EDGES_OF[place] for place in left if not shown[place])
+        reasons.append(
+            f"do not determine {', '.join(unknown)}: {used} are used. "
             f"Add holds with the edges between these faces on top: {pairs}"
         )
+    if unjudged:
+        more = plural(SIZE + SPARE_DIRECTIONS - count, "direction")
+        reasons.append(
+            f"leave nothing to judge {', '.join(unjudged)} by: {used} are used. Add {more}"
+        )
+    reason = ". They ".join(reasons)
+    reason = f"{count} directions {reason}" if reason else ""
     angles = len(left) < len(NON_ORTHOGONALITY)
     terms = ("bias", "scale", *(("non-orthogonality",) if angles else ()))
     basis = basis_of(places, common)
+    dropped = tuple(ANGLES[place] for place in left)
     return Identifiable(basis, places, terms, dropped, reason, count - basis.shape[1])

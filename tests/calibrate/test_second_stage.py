@@ -113,6 +113,20 @@ def test_both_references_are_kept_only_where_rotations_left_out_say_so(
     assert Added(30, 0.0, 0.0, 0.0, 0.0, None).better
 
 
+def test_a_field_that_changed_is_no_reference_for_the_gyroscope() -> None:
+    """Iron in the device moves in mid-session; gravity alone closes all rotations."""
+    readings = replace(SESSION, vertical=0.0).readings(0)
+    assert readings.magnetometer is not None
+    field = readings.magnetometer.values.copy()
+    field[len(field) // 2 :, 0] += 6.0
+    magnetometer = replace(readings.magnetometer, values=field)
+    report = fit_readings(replace(readings, magnetometer=magnetometer))
+    stage, fit = stage_of(report), report.sensors["gyroscope"]
+    assert any("fitted to gravity alone" in note for note in stage.notes)
+    alone = fit_readings(replace(readings, magnetometer=None)).sensors["gyroscope"]
+    assert fit.matrix == pytest.approx(alone.matrix, abs=1e-12)
+
+
 @pytest.mark.parametrize("method", ["offset", "static"])
 def test_a_method_that_was_asked_for_is_kept_and_told_what_both_references_would_add(
     method: str,

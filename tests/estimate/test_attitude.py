@@ -85,6 +85,22 @@ def test_uneven_intervals_cost_little() -> None:
     assert (found.inv() * truth).magnitude() < 3e-5
 
 
+def test_samples_that_seem_to_be_a_microsecond_apart_cost_no_more_than_their_times() -> None:
+    """Times late by up to nine tenths of an interval, two of them all but equal."""
+    time = np.linspace(0.0, 2.0, 201)
+    rate, truth = _coning(time)
+    late = time + 0.009 * np.random.default_rng(3).random(201)
+    late[[0, -1]] = time[[0, -1]]
+    late[81] = late[80] + 1e-6
+    error = (_integrated(rotation_samples([late], [rate])).inv() * truth).magnitude()
+    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(late)[:, None]
+    straight = Attitude.identity()
+    for step in steps:
+        straight = straight * Attitude.from_rotvec(step)
+    # the trapezoidal rule, which divides by no interval
+    assert error < 1.2 * (straight.inv() * truth).magnitude()
+
+
 def test_repeated_and_late_samples_are_left_out() -> None:
     """A time that stands still or goes back adds nothing."""
     time = np.array([0.0, 0.01, 0.01, 0.02, 0.015, 0.03])

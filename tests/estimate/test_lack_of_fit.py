@@ -83,7 +83,7 @@ def test_few_repeats_do_not_excuse_rows_in_motion() -> None:
 @pytest.mark.parametrize("poses", [18, 38, 54])
 def test_the_noise_within_holds_has_at_least_the_freedom_that_is_said(poses: int) -> None:
     """By the scatter of what is found of white noise, from one session to another."""
-    rng, design, count = np.random.default_rng(poses), np.tile(DESIGNS["18"], (3, 1)), 200
+    rng, design, count = np.random.default_rng(poses), np.tile(DESIGNS["18"], (3, 1)), 400
     design = DESIGNS["26 + 12"] if poses == 38 else design[:poses]
     found = []
     for _ in range(count):

@@ -1,5 +1,6 @@
 """A gyroscope's own noise in holds of a hand that sways and trembles."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +104,22 @@ def test_what_a_filter_far_below_a_quarter_of_the_rate_lessens_is_no_hand(
     assert 0.5 < found.quiet.mean() / NOISE**2 < 1.2
 
 
+@pytest.mark.parametrize("seconds", [2.0, 30.0])
+def test_the_noise_is_the_same_in_holds_of_any_length(seconds: float) -> None:
+    """A hundred holds; a median over them knows a band to a tenth, and three axes are averaged."""
+    rng = np.random.default_rng(7)
+    time = np.arange(round(100 * (seconds + 1.0) * 50.0)) / 50.0
+    noise = NOISE * np.sqrt(50.0) * rng.standard_normal((len(time), 3))
+    first = _holds(50.0)[0]
+    holds = [
+        replace(first, start=begin, end=begin + seconds, samples=round(50.0 * seconds))
+        for begin in (seconds + 1.0) * np.arange(100)
+    ]
+    found = rest_spectrum(_read(time, noise), holds)
+    assert found is not None
+    assert found.quiet.mean() == pytest.approx(NOISE**2, rel=0.06)
+
+
 def test_holds_of_a_few_samples_have_no_spectrum() -> None:
     time = np.arange(400.0) / 4.0
     assert rest_spectrum(_read(time, np.zeros((400, 3))), _holds(4.0)) is None
@@ -112,9 +129,9 @@ def test_a_fit_looks_at_the_rests_once(tmp_path: Path, monkeypatch: pytest.Monke
     """For the noise of its holds and for what sampling loses in its rotations."""
     seen: list[int] = []
 
-    def counted(levels: FloatArray, lowest: FloatArray | None) -> FloatArray:
+    def counted(levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None) -> FloatArray:
         seen.append(len(levels))
-        return _quietest(levels, lowest)
+        return _quietest(levels, freedom, lowest)
 
     monkeypatch.setattr("imucal_wizard.estimate.rest_spectrum._quietest", counted)
     simulate_recording(tmp_path / "short.csv", rate=25.0, poses="6", rotations=1, hold=3.0)

@@ -69,7 +69,8 @@ def test_an_error_of_the_whole_session_is_shared_by_all_of_many_holds() -> None:
     count = 200
     direction = rng.standard_normal((count, 3))
     up = direction / np.linalg.norm(direction, axis=1)[:, None]
-    number, time, unknown = np.arange(count), 10.0 * np.arange(count), np.full((count, 3), np.nan)
+    number, unknown = np.arange(count), np.full((count, 3), np.nan)
+    time = np.asarray(10.0 * number, np.float64)
     where = Circumstances(unknown, unknown, np.zeros(count), time, unknown, np.zeros(count))
     spans = np.column_stack([time, time + 5.0])
     labels = RowLabels(number, 0 * number, number, number, time, spans, 0 * number)

@@ -11,7 +11,7 @@ from tests.estimate.field_truth import TEN_BITS
 
 pytestmark = pytest.mark.study
 
-RUNS = 20
+RUNS = 30
 POSES, CIRCLES, REPEATED = "26 poses of 3 s", "six circles at 25 Hz", "26 poses of 3 s twice"
 FEW, SOME_REPEATED = "18 poses of 3 s", "26 + 12 poses of 3 s"
 
@@ -31,8 +31,8 @@ def test_intervals_hold_the_truth_where_samples_share_their_errors(
 ) -> None:
     """Rounding in still poses, and what differs from one place to the next.
 
-    The ten parameters of one session go together, so that twenty sessions know the share of all to
-    four per cent. The rms of errors over standard errors is held to what 99 and 90 % of a normal
+    The ten parameters of one session go together, so that thirty sessions know the share of all to
+    three per cent. The rms of errors over standard errors is held to what 99 and 90 % of a normal
     distribution mean, 1.96 / 2.58 and 1.96 / 1.64.
     """
     shares, rms, *_ = intervals(MOTIONS[motion], NOISES[noise], step, RUNS, 8_800)
@@ -46,7 +46,7 @@ def test_intervals_under_white_noise_are_those_of_least_squares(motion: str) -> 
 
     Slow noise assumed without regard to the measured noise makes the rms of errors over standard
     errors 0.83 to 0.87 (poses without repeats, circles); Student's t of 9 to 111 degrees of freedom
-    has 1.13 to 1.01, which forty sessions know to about 6 %.
+    has 1.13 to 1.01, which sixty sessions know to about 5 %.
     """
     shares, rms, *_ = intervals(MOTIONS[motion], NOISES["white"], 1.0, 2 * RUNS, 8_900)
     assert np.mean(shares) == pytest.approx(0.95, abs=0.03)

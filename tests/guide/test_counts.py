@@ -155,6 +155,23 @@ def test_the_running_estimate_finds_bias_and_scale_from_a_few_holds() -> None:
     assert np.degrees(angle_between(up, np.array([0.0, 1.0, 0.0]))) < 2.0
 
 
+def test_a_corner_that_looks_like_an_offset_is_known_as_one_from_the_first_negative_reading() -> (
+    None
+):
+    """Counts with a sign, whose first hold has the corner between three faces up."""
+    ups = np.array([[1.0, 1.0, 1.0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    ups /= np.linalg.norm(ups, axis=1)[:, None]
+    bias, scale = np.array([120.0, -80.0, 60.0]), 16384.0
+    holds = list(bias + scale * ups)
+    upright = UpEstimate(counts=True)
+    upright.begin(holds[0])
+    for count in range(1, len(holds) + 1):
+        upright.learn(holds[:count])
+    up = upright.up(bias - scale * np.array([0.0, 0.0, 1.0]))
+    assert up is not None
+    assert np.degrees(angle_between(up, np.array([0.0, 0.0, -1.0]))) < 2.0
+
+
 def test_free_fall_has_no_up() -> None:
     upright = UpEstimate(counts=False)
     assert upright.up(np.zeros(3)) is None
