@@ -1,6 +1,6 @@
 """Names given to what they do not describe: ``python -m benchmarks.wrong_names``.
 
-Sixteen kinds of structure, of which some are no effect of the catalogue, some are effects that
+Eighteen kinds of structure, of which some are no effect of the catalogue, some are effects that
 others imitate, and some are exact aliases of others at 1 g. Accelerometers are those of
 ``benchmarks.hidden``, gyroscopes those of ``benchmarks.gyroscope_bound``; neither shares a formula
 with the program. Devices differ: 0.1 to 10 times the usual noise, 12 to 20 bits, 25 to 1,600
@@ -184,6 +184,8 @@ def _jumping(
 SLOW_BIAS = ("bias-temperature", "warm-up", "bias-drift")
 KINDS: dict[str, Kind] = {
     "scale that steps": Kind(("scale-step",), strangers.ScaleStep),
+    "axis that tilts once": Kind((), strangers.AxisTilts),
+    "axis that tilts with temperature": Kind((), strangers.AxisWarms),
     "two bumped holds": Kind((), strangers.TwoBumped),
     "stiction": Kind(("hysteresis",), strangers.Stiction),
     "gyroscope axis late by 1.5 ms": Kind(("axis-delay",), turned=_delayed),

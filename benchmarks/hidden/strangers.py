@@ -160,6 +160,33 @@ class ScaleStep(Extra):
 
 
 @dataclass(frozen=True)
+class AxisTilts(Extra):
+    """An axis that tilts towards another one once in the session, by ``size`` in mg/g."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance, in the middle half of the session."""
+        axis, other = rng.choice(3, 2, replace=False)
+        length = schedule.end[-1] - schedule.start[0]
+        late = schedule.middle > schedule.start[0] + rng.uniform(0.25, 0.75) * length
+        return _on(int(axis), self.size * schedule.up[:, other] * late)
+
+
+@dataclass(frozen=True)
+class AxisWarms(Extra):
+    """An axis whose angle to another one follows the temperature, by ``size`` in mg/g/°C."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        axis, other = rng.choice(3, 2, replace=False)
+        warmer = schedule.temperature - schedule.temperature[0]
+        return _on(int(axis), self.size * schedule.up[:, other] * warmer)
+
+
+@dataclass(frozen=True)
 class TwoBumped(Extra):
     """Two holds during which something touched the device, each in its own way."""
 

@@ -464,7 +464,8 @@ class Bench:
     def _if_confirmed(self, opinion: Opinion, suspects: tuple[Suspect, ...]) -> Opinion:
         """The opinion; what is named alone is only probable where data held out are against it.
 
-        Not even that if it leaves much of their error, or adding it brings no clear size.
+        Not even that if it leaves much of their error, or adding it brings no clear size. What
+        takes up the residuals and does not predict those held out has the place of something else.
         """
         now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
         likely = chosen or opinion.probable[:1]
@@ -479,7 +480,9 @@ class Bench:
             opinion = replace(opinion, probable=())
         below, above = self.fit.held_out_in_noise, trial.held_out_in_noise
         unchanged = below is None or above is None or above >= MIN_SHARE_UNCHANGED * below
-        return unconfirmed(opinion) if chosen and unchanged else opinion
+        fitted = self.fit.rms_fitted, trial.rms_fitted, self.fit.floor_fitted
+        against = share_not_predicted(*fitted) <= MAX_SHARE_NOT_PREDICTED < not_predicted
+        return unconfirmed(opinion) if chosen and (unchanged or against) else opinion
 
     def lacking(self, effect: Effect) -> str | None:
         """What these data lack to show an effect at all; None where nothing is lacking."""
@@ -721,9 +724,9 @@ def _with_splits(suspects: tuple[Suspect, ...], heard: Hearing | None) -> tuple[
 NOTHING_MISSING = "nothing is missing"
 """What one may guess, too."""
 MAX_SHARE_NOT_PREDICTED = 0.25
-"""Share of the squares held out, beyond those of noise, that a probable effect or a curve with a
-shape may leave: what predicts less may have any other cause. A choice, half of the error: larger,
-and effects are called probable that predict little; smaller, and fewer are."""
+"""Share of the squares held out, beyond those of noise, that a probable effect, a curve with a
+shape or an effect that fits may leave: what predicts less may have any other cause. A choice, half
+of the error: larger, and effects are called probable that predict little; smaller, and fewer are."""
 
 
 def share_not_predicted(now: float, then: float, floor: float | None) -> float:

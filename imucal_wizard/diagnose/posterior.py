@@ -36,7 +36,7 @@ from imucal_wizard.diagnose.hypotheses import (
 )
 from imucal_wizard.diagnose.random_walk import SIGMAS, SQUARES, Frame, frame_of
 from imucal_wizard.diagnose.residuals import WhitenedResiduals
-from imucal_wizard.diagnose.unknown_structure import field_changes, unknown_structure
+from imucal_wizard.diagnose.unknown_structure import axes_changes, field_changes, unknown_structure
 
 MAX_UNKNOWN_ALONE = 0.1
 """Probability of unknown structure up to which no pairs of whole effects are looked for."""
@@ -340,7 +340,8 @@ def hypothesis_set(
     """Everything that may explain a misfit of this design."""
     frame = frame_of(misfit).up_to(largest_wander)
     made = [noise_alone(frame), *effect_hypotheses(misfit, frame), *disturbances(misfit, frame)]
-    made += unknown_structure(misfit, frame) + field_changes(misfit, frame)
+    made += unknown_structure(misfit, frame)
+    made += axes_changes(misfit, frame) + field_changes(misfit, frame)
     return HypothesisSet(frame, made, all_pairs(made) if pairs else None)
 
 

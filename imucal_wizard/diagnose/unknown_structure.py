@@ -3,7 +3,8 @@
 An error smooth over the sphere of directions, or a characteristic of one axis over what it feels:
 in any smooth shape, as a wave, or as a jump. Smooth ones are Gaussian processes written with their
 values at a few nodes (Nyström's method). The input of a gyroscope is a rate, which rotations show;
-its rests show how it depends on the force.
+its rests show how it depends on the force. The axes of an accelerometer may also change while it is
+calibrated, once or in a smooth course.
 """
 
 import itertools
@@ -19,6 +20,7 @@ from imucal_wizard.core.statistics import median, sample_quantile
 from imucal_wizard.diagnose.hypotheses import PRIOR, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
+from imucal_wizard.model.effect import step_moments
 from imucal_wizard.model.requirements import FELT_IN_MOTION
 from imucal_wizard.model.terms import Term
 from imucal_wizard.model.unknown_shape import Course
@@ -155,6 +157,39 @@ def _unknown(
 ) -> Hypothesis:
     known = (), (UNKNOWN,), None, where, float(np.log(prior)), patterns, sizes
     return Hypothesis(UNKNOWN, *known)
+
+
+AXES_CHANGE_PRIOR = 0.03
+"""As likely before any data as the effects of the catalogue that change a scale with the time."""
+CHANGE_LENGTHS = (0.4, 1.0)
+"""Halves of a session over which axes change that do so smoothly."""
+
+
+def axes_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
+    """Axes that tilt towards one another: two of them, or all, whose scales then change too."""
+    holds = misfit.kind == RowKind.HOLD
+    time = misfit.time - misfit.time.min(where=holds, initial=np.inf)
+    if time.max(where=holds, initial=0.0) <= 0.0:
+        return []
+    middles = step_moments(misfit.minimum.experiment.circumstances)
+    late = [
+        (misfit.time >= moment)[:, None].astype(float) for moment in middles if moment is not None
+    ]
+    place = 2.0 * time / time.max(where=holds, initial=0.0) - 1.0
+    smooth = [_smooth(place[:, None], length) for length in CHANGE_LENGTHS]
+    up, errors = misfit.direction, usual_errors(misfit, frame)
+    products = {
+        (i, j): np.where(holds, up[:, i] * up[:, j], 0.0)
+        for i, j in itertools.combinations_with_replacement(range(3), 2)
+    }
+    ways = [[(i, j)] for i, j in products if i != j] + [[*products]]
+    made = []
+    for courses in (late, smooth):
+        prior = 0.5 * AXES_CHANGE_PRIOR / len(ways) / max(len(courses), 1)
+        for course, entries in itertools.product(courses, ways):
+            changed = [course * products[entry][:, None] for entry in entries]
+            made.append(_unknown("", prior, errors @ np.concatenate(changed, axis=1)))
+    return made
 
 
 FIELD_CHANGE_PRIOR = 0.06

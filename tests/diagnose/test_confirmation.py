@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.gyroscope_bound import DEVICES, Session
+from benchmarks.wrong_names import answered
 from imucal_wizard.core.quantities import quantity
+from imucal_wizard.diagnose import posterior
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, entries_of
 from imucal_wizard.diagnose.hypotheses import DISTURBED
 from imucal_wizard.diagnose.next_poses import disturbed_parts
@@ -164,3 +166,19 @@ def test_no_earlier_data_need_foresee_a_step() -> None:
     noise, rng = Noise(sample=0.05 * DEGREE, wander=0.004 * DEGREE), np.random.default_rng(0)
     data = measured(course(twenty_turns()), (step,), np.array([0.0, 6000.0, 0.0]), noise, rng)
     assert Bench("gyroscope", data).add("scale-step", LATE).confirmed
+
+
+@pytest.mark.parametrize("number", [24, 28, 32])
+def test_axes_that_change_are_no_step_of_the_bias_and_no_disturbed_hold(number: int) -> None:
+    """One axis tilts once: a bias that steps, or one bad hold, fits 18 poses as well."""
+    found = answered("axis that tilts once", 23801, number)
+    assert not found.names
+    assert found.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+
+
+def test_what_fits_and_does_not_predict_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The step leaves a thousandth of the squares fitted and two fifths of those held out."""
+    monkeypatch.setattr(posterior, "axes_changes", lambda *_: [])
+    found = answered("axis that tilts once", 23801, 28)
+    assert not found.names
+    assert found.verdict is Verdict.UNEXPLAINED
