@@ -726,7 +726,7 @@ NOTHING_MISSING = "nothing is missing"
 MAX_SHARE_NOT_PREDICTED = 0.25
 """Share of the squares held out, beyond those of noise, that a probable effect, a curve with a
 shape or an effect that fits may leave: what predicts less may have any other cause. A choice, half
-of the error: larger, and effects are called probable that predict little; smaller, and fewer are."""
+of the error: larger, and effects are called probable that predict little; smaller, and few are."""
 
 
 def share_not_predicted(now: float, then: float, floor: float | None) -> float:
