@@ -95,6 +95,8 @@ class Detectability:
         hypotheses, residual, noise = self._hypotheses, self._misfit.residual, self._noise
         any_ = any_misfit(hypotheses)
         kept = [hypotheses.single[place] for place in np.flatnonzero(~any_)]
+        if not any(one.terms for one in kept):
+            return self._chances, noise, None
         known = HypothesisSet(hypotheses.frame, kept, hypotheses.pairs)
         if self._posterior.single[any_].sum() > MAX_UNKNOWN_PROBABILITY:
             noise = known.posterior(residual).noise

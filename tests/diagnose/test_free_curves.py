@@ -24,6 +24,7 @@ from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.calibration_record import sensor_record
 from tests.diagnose.recordings import MG
 from tests.diagnose.test_automatic import OneBench
+from tests.estimate.truth import EIGHTEEN
 
 pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
@@ -192,6 +193,13 @@ def test_only_is_said_where_nothing_else_is_left() -> None:
     text = verdict_text(said(found))
     assert "The error of x" not in text
     assert " only:" not in text
+
+
+def test_curves_that_could_follow_all_of_few_directions_are_judged_as_before() -> None:
+    """Every curve has as many parameters as 18 poses have spare coordinates: none shows noise."""
+    found = bench(lambda f, m: 2.0 * np.sin(3.0 * m) + 0.0 * f, EIGHTEEN).look()
+    assert found.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
+    assert all(0.0 < one.p <= 1.0 for one in found.suspects)
 
 
 def test_a_bias_that_swings_is_told_over_the_time() -> None:
