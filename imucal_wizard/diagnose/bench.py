@@ -42,6 +42,7 @@ from imucal_wizard.estimate.fit import (
     residual_table,
     with_effects,
 )
+from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effects_for, free_curves_for
 from imucal_wizard.model.effect import Effect
@@ -465,7 +466,8 @@ class Bench:
         """The opinion; what is named alone is only probable where data held out are against it.
 
         Not even that if it leaves much of their error, or adding it brings no clear size. What
-        takes up the residuals and does not predict those held out has the place of something else.
+        takes up the residuals and leaves far more than noise of those held out has the place of
+        something else.
         """
         now, chosen = self.fit.rms_held_out, self.plainest(opinion.terms)
         likely = chosen or opinion.probable[:1]
@@ -482,6 +484,8 @@ class Bench:
         unchanged = below is None or above is None or above >= MIN_SHARE_UNCHANGED * below
         fitted = self.fit.rms_fitted, trial.rms_fitted, self.fit.floor_fitted
         against = share_not_predicted(*fitted) <= MAX_SHARE_NOT_PREDICTED < not_predicted
+        # of a weak effect noise makes as much of what was held out
+        against &= above is not None and above > MAX_REPEATABILITY
         return unconfirmed(opinion) if chosen and (unchanged or against) else opinion
 
     def lacking(self, effect: Effect) -> str | None:
