@@ -226,6 +226,9 @@ def opening_view(
     Without a name for the misfit, the picture that explains most of it.
     """
     named = diagnosis.explanations[0] if diagnosis.explanations else ()
+    free = [one.candidate.effect for one in diagnosis.suspects[:1] if one.candidate]
+    if free and free[0].free:  # nothing with a name explains as much as this curve
+        effects, named = free, (free[0].name,)
     for one in diagnosis.suspects:
         effect = next((effect for effect in effects if effect.name == one.term), None)
         if one.term in named and effect is not None and diagnosis.findings is not None:

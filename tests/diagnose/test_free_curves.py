@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.next_poses import inside_steep_part
 from imucal_wizard.diagnose.survey import tried_findings
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import verdict_text
-from imucal_wizard.diagnose.views import pictures
+from imucal_wizard.diagnose.views import opening_view, pictures
 from imucal_wizard.estimate.accelerometer import accelerometer_experiment
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.report.bench_document import bench_document
@@ -205,9 +205,12 @@ def test_curves_that_could_follow_all_of_few_directions_are_judged_as_before() -
 def test_a_bias_that_swings_is_told_over_the_time() -> None:
     found = bench(lambda f, m: 1.0 * np.sin(m) + 0.0 * f, everywhere())
     assert offered(found.look())[0] == "unknown-shape/x-time"
-    text = verdict_text(said(found))
+    told = said(found)
+    text = verdict_text(told)
     assert "follows the time" in text
     assert "No model of the pose alone" not in text
+    views = pictures(told)
+    assert views[opening_view(told, views, found.catalogue)].x_label.startswith("time")
 
 
 @pytest.mark.parametrize("error", [nothing, lambda f, m: 3.0 * f**2 + 0.0 * m])
