@@ -454,11 +454,14 @@ def single_axis_note(comparison: Sequence[AxisComparison]) -> str:
         if unknown >= MIN_SINGLE_AXIS_ERROR:
             chance = "too few rotations show whether that is chance"
         return f"Static and dynamic differ from vector by up to {100.0 * off:.2g} %: {chance}."
-    off = beyond
+    certain = "Static and dynamic are off"
+    if off > beyond:
+        differ = f"Static and dynamic differ from vector by up to {100.0 * off:.2g} %"
+        certain = f"{differ}; where that is more than their standard errors make, they are off"
     return (
-        f"Static and dynamic are off by up to {100.0 * off:.2g} %: they treat each rotation as "
-        "one about a single axis and ignore cross axes and tilt, which the vector method models. "
-        "Static also takes the rate of the rest before each rotation for the bias."
+        f"{certain} by up to {100.0 * beyond:.2g} %: they treat each rotation as one about a "
+        "single axis and ignore cross axes and tilt, which the vector method models. Static also "
+        "takes the rate of the rest before each rotation for the bias."
     )
 
 

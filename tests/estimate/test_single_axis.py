@@ -245,3 +245,14 @@ def test_only_what_scatter_does_not_explain_is_put_down_to_the_single_axis(
     said = single_axis_note([row])
     assert says in said
     assert bool(says) == bool(said)
+
+
+def test_a_larger_difference_that_may_be_chance_is_told_beside_the_certain_one() -> None:
+    """The table shows both, and the sentence speaks of both."""
+    rows = [
+        AxisComparison(axis, 4, static_scale=scale, static_scale_error=error, vector_scale=1.0)
+        for axis, scale, error in (("x", 1.03, 0.02), ("y", 1.004, 0.001))
+    ]
+    said = single_axis_note(rows)
+    assert "differ from vector by up to 3 %" in said
+    assert "they are off by up to 0.4 %" in said
