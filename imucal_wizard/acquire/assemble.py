@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, SplitLineFilter, TimeSmoother
+from imucal_wizard.acquire.clock import DeviceClock, SampleCounter, TimeSmoother
 from imucal_wizard.acquire.decode.base import Column, DecodedRows
 from imucal_wizard.acquire.decode.vocabulary import LETTER_OF_SENSOR
 from imucal_wizard.acquire.even_times import JitterFilter
@@ -14,6 +14,7 @@ from imucal_wizard.acquire.host_clock import (
     time_quantum,
 )
 from imucal_wizard.acquire.resolve import sensor_places
+from imucal_wizard.acquire.row_order import COPY_SECONDS, RowOrder
 from imucal_wizard.core import units
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_readings
@@ -60,7 +61,7 @@ class Assembler:
         self.missing = MissingValues(columns, self._needed())
         self._counter = SampleCounter()
         self._host = HostClock(rate)
-        self._split: SplitLineFilter | None = None
+        self._order: RowOrder | None = None
         self._jitter: JitterFilter | None = None
         self._bursts = self._burst_clock(first, rate) if recording else None
         self._device = None if self._bursts else self._device_clock(first)
@@ -81,7 +82,12 @@ class Assembler:
         if not self._recording and not quantum:
             jitter = JitterFilter(ticks)
             self._jitter = jitter if jitter.open else None
-        self._split = SplitLineFilter(self._time, (1.5 * period + quantum) / factor)
+        self._order = RowOrder(
+            self._time,
+            (1.5 * period + quantum) / factor,
+            round(COPY_SECONDS / period) if period else 1,
+            coarse=quantum > 0.0,
+        )
         return DeviceClock(factor, period, quantum, from_zero=not self._recording)
 
     def _burst_clock(self, first: FloatArray, rate: float | None) -> BurstClock | None:
@@ -123,9 +129,9 @@ class Assembler:
         return bool(self._places["magnetometer"]) and not self._fields
 
     @property
-    def split(self) -> int:
-        """Number of rows dropped because their time was joined from two lines."""
-        return self._split.count if self._split is not None else 0
+    def misplaced(self) -> int:
+        """Number of rows dropped because their time does not fit those around them."""
+        return self._order.wrong if self._order is not None else 0
 
     @property
     def dropped(self) -> int:
@@ -133,9 +139,11 @@ class Assembler:
         return self.lost - self._clock.away
 
     @property
-    def time_note(self) -> str:
-        """What the user should know of the device's times, or ""."""
-        return "" if self._jitter is None else self._jitter.note
+    def time_notes(self) -> tuple[str, ...]:
+        """What the user should know of the device's times."""
+        jitter = "" if self._jitter is None else self._jitter.note
+        order = () if self._order is None else self._order.notes(counted=self._recording)
+        return (jitter, *order) if jitter else order
 
     @property
     def _clock(self) -> DeviceClock | BurstClock | HostClock | TimeSmoother:
@@ -150,8 +158,8 @@ class Assembler:
             return None
         good = self.missing.sift(values)
         values = values if good.all() else values[good]
-        if self._split is not None:
-            return self._timed(self._split.feed(values)) if len(values) else None
+        if self._order is not None:
+            return self._timed(self._order.feed(values)) if len(values) else None
         if self._bursts is not None and self._time is not None:
             self._waiting = np.concatenate((self._waiting, values))
             return self._released(self._bursts.feed(values[:, self._time]))
@@ -167,9 +175,8 @@ class Assembler:
 
     def flush(self) -> Readings | None:
         """The samples that still wait for their time, at the end of the stream."""
-        if self._split is not None:
-            held = self._split.flush()
-            parts = [] if held is None else [self._timed(held)]
+        if self._order is not None:
+            parts = [self._timed(self._order.flush())]
             if self._jitter is not None:
                 parts.append(self._released(self._jitter.flush()))
             there = [part for part in parts if part is not None]
@@ -178,7 +185,7 @@ class Assembler:
 
     def _timed(self, values: FloatArray) -> Readings | None:
         """Samples that carry their own time."""
-        if self._device is None or self._time is None:
+        if self._device is None or self._time is None or not len(values):
             return None
         times = self._device.feed(values[:, self._time])
         if self._jitter is None:

@@ -1,4 +1,4 @@
-"""Converts device ticks and counters to seconds: wraps, lost samples, restarts, split lines."""
+"""Converts device ticks and counters to seconds: wraps, lost samples, restarts."""
 
 import numpy as np
 
@@ -191,66 +191,3 @@ class SampleCounter:
             return gap
         self.lost += int(step) - 1
         return step
-
-
-class SplitLineFilter:
-    """Drops single samples whose time does not lie between those of their neighbours.
-
-    When a buffer overflows, the beginning of one line is joined to the end of another. Usually the
-    number of columns is then wrong. If the break is within the first column it is right, and ``21``
-    + ``21.345`` becomes 2121 s.
-
-    A sample after an unusual step waits until the next one shows which of the two is wrong, so the
-    result does not depend on how the rows were divided.
-
-    Args:
-        place: the column of the time.
-        limit: the largest usual step, in ticks.
-
-    Attributes:
-        count: number of samples dropped.
-    """
-
-    def __init__(self, place: int, limit: float) -> None:
-        self._place = place
-        self._limit = limit
-        self._last: float | None = None
-        self._held: FloatArray | None = None
-        self.count = 0
-
-    def feed(self, values: FloatArray) -> FloatArray:
-        """The rows without split lines.
-
-        Args:
-            values: shape (n, columns), finite in the column of the time.
-        """
-        if self._held is not None:
-            values, self._held = np.concatenate((self._held, values)), None
-        ticks = values[:, self._place]
-        if not len(ticks):
-            return values
-        steps = np.diff(ticks, prepend=ticks[0] if self._last is None else self._last)
-        odd = np.flatnonzero((steps < 0) | (steps > self._limit))
-        if len(odd) and odd[-1] == len(values) - 1:
-            self._held, values, odd = values[-1:], values[:-1], odd[:-1]
-        whole = np.ones(len(values), bool)
-        for i in odd.tolist():
-            earlier = ticks[:i][whole[:i]]
-            before = float(earlier[-1]) if len(earlier) else self._last
-            whole[i] = before is None or not self._alone(before, *ticks[i : i + 2].tolist())
-        if not whole.all():
-            self.count += int(np.sum(~whole))
-            values = values[whole]
-        if len(values):
-            self._last = float(values[-1, self._place])
-        return values
-
-    def flush(self) -> FloatArray | None:
-        """The row that still waits, at the end of the stream."""
-        held, self._held = self._held, None
-        return held
-
-    def _alone(self, before: float, tick: float, after: float) -> bool:
-        """Whether the next sample continues the previous one and not this one."""
-        goes_on = 0.0 <= after - tick <= self._limit
-        return not goes_on and 0.0 < after - before < abs(tick - before)

@@ -206,7 +206,7 @@ class Intake:
     @property
     def malformed(self) -> int:
         """Number of lines or frames dropped."""
-        return self._malformed + (self._assembler.split if self._assembler else 0)
+        return self._malformed + (self._assembler.misplaced if self._assembler else 0)
 
     @property
     def digits(self) -> int | None:
@@ -235,9 +235,9 @@ class Intake:
         note = known.note if known else ""
         seen = self._health.notes if self._health else ()
         corrected = self._corrections.notes if self._corrections else ()
-        times = self._assembler.time_note if self._assembler else ""
-        own = (text for text in (note, times) if text)
-        return (*self._search.notes, *own, *corrected, *seen)
+        times = self._assembler.time_notes if self._assembler else ()
+        own = (note,) if note else ()
+        return (*self._search.notes, *own, *times, *corrected, *seen)
 
     def feed(self, data: bytes, arrival: float, since: float | None = None) -> Readings | None:
         """Add received bytes.

@@ -8,9 +8,10 @@ import pytest
 from imucal_wizard.acquire import column_guess
 from imucal_wizard.acquire.files import RecordingOptions
 from imucal_wizard.acquire.files.recording_files import read_files
+from imucal_wizard.acquire.intake import Intake
 from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
-from imucal_wizard.core.readings import FloatArray, Readings
+from imucal_wizard.core.readings import FloatArray, Readings, join_readings
 from tests.acquire.files.lines import samples, write
 
 
@@ -93,6 +94,50 @@ def test_what_follows_a_restart_of_the_clock_is_set_after_a_gap(tmp_path: Path) 
     assert steps.max() == pytest.approx(RESTART_GAP_SECONDS)
     assert _told(readings, "has restarted")
     assert not _told(readings, "missing")
+
+
+def _read_live(path: Path) -> tuple[Readings, tuple[str, ...]]:
+    """The file as a stream, a line at a time."""
+    intake = Intake()
+    lines = path.read_bytes().splitlines(keepends=True)
+    parts = [intake.feed(line, i / 100.0) for i, line in enumerate(lines)]
+    return join_readings([one for one in (*parts, intake.flush()) if one]), intake.warnings
+
+
+def test_rows_that_two_threads_wrote_are_sorted_in_a_file_and_in_a_stream(tmp_path: Path) -> None:
+    """Neighbours in exchanged order are no missing samples."""
+    time = np.arange(1000) / 100.0
+    time[100::60], time[101::60] = time[101::60].copy(), time[100::60].copy()
+    readings = _timed(tmp_path, time, "t[s]")
+    live, said = _read_live(tmp_path / "timed.csv")
+    for one in (readings, live):
+        np.testing.assert_allclose(np.diff(one.accelerometer.time), 0.01, rtol=1e-6)
+        assert len(one) == 1000
+    np.testing.assert_array_equal(readings.accelerometer.values, live.accelerometer.values)
+    assert _told(readings, "not in the order of their times: 15 rows came late; sorted")
+    assert any("not in the order of their times; sorted" in text for text in said)
+    assert not _told(readings, "missing")
+    assert not _told(readings, "do not fit")
+
+
+@pytest.mark.parametrize("later", [0, 2, 50, 200])
+def test_rows_that_come_again_are_left_out_in_a_file_and_in_a_stream(
+    tmp_path: Path, later: int
+) -> None:
+    """A copy, at once or up to seconds later, is neither a restart nor a wrong time."""
+    whole = _timed(tmp_path, np.arange(1000) / 100.0, "t[s]")
+    path = tmp_path / "timed.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    for i in (700, 400):
+        lines[i + later : i + later] = lines[i : i + 3]
+    path.write_text("".join(lines))
+    readings, (live, said) = read_files([path]), _read_live(path)
+    for one in (readings, live):
+        np.testing.assert_array_equal(one.accelerometer.values, whole.accelerometer.values)
+        np.testing.assert_allclose(np.diff(one.accelerometer.time), 0.01, rtol=1e-6)
+    assert _told(readings, "6 rows came twice")
+    assert any("rows came twice" in text for text in said)
+    assert not _told(readings, "restart")
 
 
 def test_missing_samples_are_counted(tmp_path: Path) -> None:

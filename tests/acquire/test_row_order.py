@@ -1,0 +1,111 @@
+"""Rows come in the order of their times, each once; those of a wrong time are left out."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from imucal_wizard.acquire.intake import Intake
+from imucal_wizard.acquire.row_order import RowOrder
+from imucal_wizard.core.readings import FloatArray
+
+HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
+LIMIT = 1.5
+
+
+def whole(*ticks: float, values: Sequence[int] = ()) -> list[float]:
+    """The times that come out one by one; without values, each row has its own."""
+    order = RowOrder(0, LIMIT, 100)
+    rows = np.column_stack([ticks, values or np.arange(len(ticks))]).astype(float)
+    parts = [order.feed(row[None]) for row in rows]
+    return [float(v) for part in [*parts, order.flush()] for v in part[:, 0]]
+
+
+def test_a_time_that_stands_alone_is_left_out() -> None:
+    """Too large or too small, with or without samples lost beside it."""
+    assert whole(1, 2, 102, 3, 4) == [1, 2, 3, 4]
+    assert whole(1, 2, 2121, 21, 22) == [1, 2, 21, 22]
+    assert whole(8, 9, 1, 10, 11) == [8, 9, 10, 11]
+
+
+@pytest.mark.parametrize(
+    "ticks",
+    [
+        (1, 2, 50, 51, 52),  # samples are missing
+        (1, 2, 50, 90, 91),  # twice in a row
+        (100, 101, 0, 1, 2),  # a restart
+        (254, 255, 0, 1, 2),  # a wrap
+        (1, 2, 2, 3, 3, 4),  # a coarse clock
+        (1, 2, 3, 50),  # the last sample of all
+    ],
+)
+def test_an_honest_step_stays(ticks: tuple[float, ...]) -> None:
+    """The sample after it goes on from it."""
+    assert whole(*ticks) == list(ticks)
+
+
+@pytest.mark.parametrize(
+    "ticks",
+    [
+        (1, 2, 4, 3, 5, 6),  # neighbours
+        (1, 2, 4, 3),  # at the end
+        (1, 3, 2, 5, 4, 7, 6, 8),  # one after the other
+        (1, 2, 6, 3, 4, 5, 7, 8),  # a row that came early
+        (1, 2, 4, 5, 6, 3, 7, 8),  # a row that came late
+        (1, 2, 50, 52, 51, 53),  # after a gap
+    ],
+)
+def test_rows_in_exchanged_order_are_sorted(ticks: tuple[float, ...]) -> None:
+    """As long as they are late by a few rows only."""
+    assert whole(*ticks) == sorted(ticks)
+
+
+@pytest.mark.parametrize(
+    ("ticks", "values"),
+    [
+        ((1, 2, 3, 3, 4), (7, 8, 9, 9, 6)),  # a line twice
+        ((1, 2, 3, 4, 2, 5, 6), (7, 8, 9, 6, 8, 5, 4)),  # a line that comes again later
+        ((1, 2, 3, 4, 1, 2, 3, 4, 5), (7, 8, 9, 6, 7, 8, 9, 6, 5)),  # a buffer twice
+        ((1, 2, 4, 1, 3, 5), (7, 8, 9, 7, 6, 5)),  # while others are in exchanged order
+    ],
+)
+def test_a_copy_is_left_out(ticks: tuple[float, ...], values: tuple[int, ...]) -> None:
+    """A row of the same time and the same values was there before."""
+    assert whole(*ticks, values=values) == sorted(set(ticks))
+
+
+@settings(deadline=None)
+@given(
+    rows=st.lists(
+        st.tuples(st.integers(0, 60) | st.integers(0, 20), st.integers(0, 1)),
+        min_size=1,
+        max_size=40,
+    ),
+    cuts=st.lists(st.integers(0, 30), max_size=6),
+)
+def test_what_comes_out_does_not_depend_on_the_cuts(
+    rows: list[tuple[int, int]], cuts: list[int]
+) -> None:
+    """One row at a time, all at once, or anything between."""
+    given: FloatArray = np.array(rows, float)
+    order = RowOrder(0, LIMIT, 100)
+    parts = [order.feed(part) for part in np.split(given, sorted(min(c, len(rows)) for c in cuts))]
+    found = np.concatenate([*parts, order.flush()])
+    times, values = zip(*rows, strict=True)
+    assert found[:, 0].tolist() == whole(*times, values=values)
+    assert len(found) + order.wrong + order.copies == len(rows)
+
+
+def test_bytes_lost_within_two_times_cost_these_samples_and_no_more() -> None:
+    """``21`` and ``21.345`` do not make the 2121st second, nor a loss of 200,000 samples."""
+    lines = [f"{20 + i / 100:.3f},0.1{i % 7},-0.2{i % 3},9.8{i % 5}\n" for i in range(400)]
+    whole_stream = HEADER + "".join(lines)
+    start = whole_stream.index("\n21.500,") + 3  # behind the "21" of this line
+    lost = whole_stream[:start] + whole_stream[whole_stream.index("\n21.600,") + 1 :]
+    intake = Intake()
+    times = [r.accelerometer.time for r in (intake.feed(lost.encode(), 0.0), intake.flush()) if r]
+    time = np.concatenate(times)
+    assert time[-1] - time[0] == pytest.approx(3.99)
+    assert (intake.lost, intake.malformed) == (11, 1)
