@@ -30,6 +30,8 @@ class NoticeKind(Enum):
     """The fit shows a scale that does not fit the unit or the range."""
     BIAS = auto()
     """The fit shows a bias that no sensor has."""
+    AXES = auto()
+    """The axes of two sensors do not match."""
     STEPS_OF_SAMPLES = auto()
     """The samples come in coarse steps."""
     STEPS_OF_HOLDS = auto()

@@ -99,31 +99,27 @@ def gyroscope_warnings(report: GyroscopeReport, unit: str, rate: float) -> list[
     scale, odd = _scales(fit)
     wrong_scale = odd + ([] if unit == COUNT else scale_notes(scale, rate))
     notes += wrong_scale or [noticed(fit)]  # a bias cannot be judged in a wrong unit
-    best = np.abs(fit.matrix).argmax(axis=1)
-    if sorted(best.tolist()) == [0, 1, 2]:
-        signs = np.zeros((3, 3))
-        signs[np.arange(3), best] = np.sign(fit.matrix[np.arange(3), best])
-        notes += _exchanged_axes(signs)
-    return notes
+    return notes + exchanged_axes(fit.matrix)
 
 
-def _exchanged_axes(signs: FloatArray) -> list[str]:
-    """What is said of a gyroscope whose axes are not those of the accelerometer.
+def exchanged_axes(matrix: FloatArray, field_axes: FloatArray | None = None) -> list[str]:
+    """What is said of a gyroscope and an accelerometer whose axes do not match.
 
     A rate is an axial vector: mirroring one axis of the accelerometer turns the sense of the two
-    others, and mirroring one axis of both sensors turns the sense of all three.
+    others, and mirroring one axis of both sensors turns the sense of all three. A rotation of the
+    gyroscope's axes may therefore be one, or a mirrored order, of the accelerometer's instead; a
+    third sensor tells which of the two is odd.
 
     Args:
-        signs: ±1 where a column, an axis of the gyroscope, lies along an axis of the accelerometer,
+        matrix: of the gyroscope, shape (3, 3).
+        field_axes: of the magnetometer in the accelerometer's frame, if known, each column an axis,
             shape (3, 3).
     """
-    if (signs == np.eye(3)).all():
+    signs = _nearest_axes(matrix)
+    if signs is None or (signs == np.eye(3)).all():
         return []
-    order = signs.argmax(axis=1), signs.argmin(axis=1)
-    own = [
-        f"+{AXES[i]}" if row.max() > 0.0 else f"-{AXES[j]}"
-        for row, i, j in zip(signs, *order, strict=True)
-    ]
+    text = "the gyroscope's axes do not match the accelerometer's: take its x, y, z from "
+    text += _in_words(signs)
     advice = "Check the wiring or the columns"
     if (signs == -np.eye(3)).all():
         advice = (
@@ -135,11 +131,40 @@ def _exchanged_axes(signs: FloatArray) -> list[str]:
             "No mounting does this: one axis is mirrored, or two are swapped (left-handed axes). "
             "Check the signs and the order of the columns"
         )
-    elif (np.abs(signs) == np.eye(3)).all():
-        same = AXES[int(np.diag(signs).argmax())]
-        advice = f"{advice}; it may also be the accelerometer's {same} axis that is mirrored"
-    text = "the gyroscope's axes do not match the accelerometer's: take its x, y, z from "
-    return [f"{text}{', '.join(own)}. {advice}"]
+    else:
+        turned = sorted((signs.T, -signs.T), key=lambda one: float(-one.sum()))
+        other = [_in_words(one) for one in turned]
+        third = None if field_axes is None else _nearest_axes(field_axes)
+        if third is not None and (third == np.eye(3)).all():
+            advice += " of the gyroscope: the magnetometer's axes are the accelerometer's"
+        elif third is not None and (third == signs).all():
+            text = (
+                "the accelerometer's axes do not match those of the gyroscope and the magnetometer:"
+                f" take its x, y, z from {' or from '.join(other)}"
+            )
+        else:
+            text += f", or the accelerometer's from {other[0]}"
+            advice = f"The data do not tell which of the two is exchanged. {advice} of both"
+    return [Notice(f"{text}. {advice}", NoticeKind.AXES, "gyroscope")]
+
+
+def _nearest_axes(matrix: FloatArray) -> FloatArray | None:
+    """±1 where a column lies along an axis, shape (3, 3); None where two lie along the same."""
+    best = np.abs(matrix).argmax(axis=1)
+    if sorted(best.tolist()) != [0, 1, 2]:
+        return None
+    signs = np.zeros((3, 3))
+    signs[np.arange(3), best] = np.sign(matrix[np.arange(3), best])
+    return signs
+
+
+def _in_words(signs: FloatArray) -> str:
+    """From which axes those of a frame are taken: ``+y, -x, +z``."""
+    order = signs.argmax(axis=1), signs.argmin(axis=1)
+    return ", ".join(
+        f"+{AXES[i]}" if row.max() > 0.0 else f"-{AXES[j]}"
+        for row, i, j in zip(signs, *order, strict=True)
+    )
 
 
 def _scales(fit: SensorFit) -> tuple[float, list[str]]:

@@ -144,9 +144,9 @@ def disagreement(motion: KeptRotation, *, scale_known: bool) -> str:
     other = _other_axis(np.abs(angles), abs(seen), axis)
     if other is not None:
         there = float(angles[AXES.index(other)])
-        return f"{turn} by {signed(there)} about {other}: are its columns or axes swapped?"
+        return f"{turn} by {signed(there)} about {other}: are axes of one of the two swapped?"
     if abs(felt) < margin:
         return f"{turn} not at all: is its {axis} axis dead, or its column another one?"
     if abs(felt + seen) <= margin:
-        return f"{turn} by {signed(felt)}: correct the sign of its {axis} axis."
+        return f"{turn} by {signed(felt)}: a sign is wrong, of its {axis} axis or of the other's."
     return f"{turn} by {signed(felt)}: check its unit and the sample rate."

@@ -14,6 +14,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.estimate.fit_warnings import exchanged_axes
 from imucal_wizard.estimate.gyroscope_report import silent_axes
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
@@ -120,8 +121,36 @@ def test_a_negated_gyroscope_axis_is_told() -> None:
 def test_a_mirrored_accelerometer_axis_shows_in_the_gyroscope() -> None:
     """Its magnitude cannot show it; gravity then turns the other way than the rates say."""
     report = fit_readings(with_accelerometer(session(), lambda y: y * [1.0, 1.0, -1.0]))
-    assert _warned(report, "axes do not match the accelerometer's", "accelerometer's z axis")
+    assert _warned(report, "-x, -y, +z, or the accelerometer's from +x, +y, -z")
     assert (report.sensors["accelerometer"].rms_held_out or 1.0) < 0.01
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_axes_of_the_accelerometer_that_are_exchanged_are_not_put_on_the_gyroscope(
+    sign: float,
+) -> None:
+    """With and without a sign: the two sensors alone do not tell which of them it is."""
+    report = fit_readings(
+        with_accelerometer(session(), lambda y: y[:, [1, 0, 2]] * [1.0, sign, 1.0])
+    )
+    own = "+y, +x, +z" if sign > 0.0 else "-y, +x, +z"
+    assert _warned(report, f"or the accelerometer's from {own}", "do not tell which of the two")
+
+
+def test_a_third_sensor_tells_whose_axes_are_exchanged() -> None:
+    """Where it lies as one of the two does; a magnetometer with axes of its own tells nothing."""
+    quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    (both,) = exchanged_axes(quarter)
+    assert "do not tell which of the two" in both
+    assert exchanged_axes(quarter, np.diag([1.0, -1.0, -1.0])) == [both]
+    (gyroscope,) = exchanged_axes(quarter, np.eye(3))
+    assert "take its x, y, z from -y, +x, +z. Check the wiring" in gyroscope
+    assert gyroscope.startswith("the gyroscope's axes")
+    (accelerometer,) = exchanged_axes(quarter, quarter)
+    assert accelerometer.startswith("the accelerometer's axes do not match those of the gyroscope")
+    assert "from +y, -x, +z or from -y, +x, -z" in accelerometer
+    (mirrored,) = exchanged_axes(quarter[:, [1, 0, 2]], np.eye(3))
+    assert mirrored.startswith("the gyroscope's axes")
 
 
 def test_a_device_with_one_axis_mirrored_in_both_sensors_is_told() -> None:

@@ -322,3 +322,14 @@ def test_a_slow_magnetometer_printed_in_every_line_is_aligned_as_well() -> None:
     assert (np.abs(away) < np.sqrt(np.diag(clean.alignment.covariance))).all()
     assert report.rates["magnetometer"] == pytest.approx(80.0, rel=0.02)
     assert any("repeated 5 times" in text for text in report.warnings)
+
+
+def test_the_magnetometer_shows_that_the_accelerometers_axes_are_exchanged() -> None:
+    """Gyroscope and magnetometer agree, and two of the accelerometer's columns are exchanged."""
+    readings = SESSION.readings(0)
+    series = readings.accelerometer
+    exchanged = replace(series, values=series.values[:, [1, 0, 2]])
+    report = fit_readings(replace(readings, accelerometer=exchanged))
+    (said,) = (text for text in report.warnings if "do not match" in text)
+    assert said.startswith("the accelerometer's axes do not match those of the gyroscope and the")
+    assert "take its x, y, z from +y, +x, +z" in said

@@ -37,7 +37,7 @@ def turned_by(factor: float) -> list[str]:
 @pytest.mark.parametrize(
     ("matrix", "words"),
     [
-        (np.eye(3)[[1, 0, 2]], "by +90° about y: are its columns or axes swapped?"),
+        (np.eye(3)[[1, 0, 2]], "by +90° about y: are axes of one of the two swapped?"),
         (np.diag([0.0, 1.0, 1.0]), "not at all: is its x axis dead"),
     ],
 )
@@ -60,7 +60,7 @@ def test_a_gyroscope_that_disagrees_with_gravity_gives_a_warning(factor: float) 
 def test_a_wrong_sign_is_told_from_a_wrong_unit() -> None:
     (warning,) = turned_by(-1.0)
     assert warning.startswith("Gravity turned by +90° about x, the gyroscope by −90°")
-    assert "correct the sign of its x axis" in warning
+    assert "a sign is wrong, of its x axis or of the other's" in warning
 
 
 def test_a_gyroscope_in_the_wrong_unit_is_refused() -> None:

@@ -7,8 +7,9 @@ import numpy as np
 
 from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.notices import Notice, NoticeKind
+from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
 from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.estimate.fit_warnings import exchanged_axes
 from imucal_wizard.estimate.gravity_and_field import (
     Segment,
     field_at,
@@ -79,7 +80,22 @@ def _second_stage(
     if "gyroscope" in report.sensors:
         stage, better = with_gyroscope(report, stage, turns, calm, found, aligned)
         sensors["gyroscope"] = better
-    return replace(report, sensors=sensors, second_stage=stage)
+    return replace(
+        report,
+        sensors=sensors,
+        second_stage=stage,
+        warnings=_with_third_sensor(report, alignment.rotation),
+    )
+
+
+def _with_third_sensor(report: FitReport, field_axes: FloatArray) -> tuple[str, ...]:
+    """The warnings, in which the magnetometer decides whose axes are exchanged."""
+    notes = of_kind(report.warnings, NoticeKind.AXES)
+    if not notes:
+        return report.warnings
+    decided = exchanged_axes(report.sensors["gyroscope"].matrix, field_axes)
+    said = dict(zip(notes, decided, strict=True))
+    return tuple(said.get(text, text) for text in report.warnings)
 
 
 def _error_modes(report: FitReport, found: MagnetometerFit) -> ErrorModes:
