@@ -29,6 +29,7 @@ from imucal_wizard.cli.arguments import (
 )
 from imucal_wizard.cli.outcome import spare, spare_others, write_json
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.limits.stillness import MIN_USUAL_RATE, USUAL_REST_SECONDS
 from imucal_wizard.core.output import note, say
 
 USAGE = (
@@ -43,7 +44,8 @@ def parser() -> Parser:
         prog="imucal-wizard recheck",
         description="Check a saved calibration with a minute of holds and rotations: GO or NO-GO "
         "for each sensor, and which parameters have moved by how much. Leave the device at rest "
-        "for 5 s, then hold it still for 2 s with each face up, and turn it about each axis in "
+        f"for 5 s, then hold it still for {USUAL_REST_SECONDS:.0f} s (longer below "
+        f"{MIN_USUAL_RATE:.0f} samples/s) with each face up, and turn it about each axis in "
         "between.",
     )
     made.add_argument("calibration", type=Path, metavar="CAL.json", help="the saved calibration")

@@ -19,16 +19,31 @@ from itertools import pairwise
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, Series, distinct
+from imucal_wizard.core.limits.stillness import WINDOW_BLOCKS
+from imucal_wizard.core.poses import angle_between
+from imucal_wizard.core.readings import (
+    MAX_SAMPLE_INTERVALS,
+    FloatArray,
+    IntArray,
+    Series,
+    across_restarts,
+    distinct,
+)
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, WITHIN_NINETY, exceeded
 from imucal_wizard.estimate.noise import SURE
 from imucal_wizard.estimate.slow_kernels import Kernel
+from imucal_wizard.measurement.blocks import block_size
 from imucal_wizard.measurement.holds import Hold
 
 MIN_LONG_REST = 60.0
 """Seconds from which on one rest shows slow noise: twenty averages as long as a hold."""
+MIN_PART_SHARE, MIN_HELD_SHARE = 1.0 / 3.0, 0.9
+"""Of that time: length of a part between gaps that counts, a third of a minute as of holds that
+show slow noise together, and what the parts last in all."""
+MAX_MOVED = math.radians(1.0)
+"""By which the direction of gravity differs across a gap in a rest: poses differ by more."""
 PIECE = 3.0
 """Seconds of each of these averages, at the usual rates."""
 MOMENTS = 6
@@ -118,41 +133,128 @@ class RestPieces:
 def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> RestPieces | None:
     """The longest rest of a recording, if it is long enough to show slow noise.
 
+    Where samples are missing in it, its parts count, each about its own mean.
+
     Args:
         series: readings of the sensor.
-        holds: still periods.
+        holds: still periods, in order.
         matrix: SI per reading, shape (3, 3).
     """
-    longest = max(holds, key=lambda hold: hold.end - hold.start)
-    seconds, rate = longest.end - longest.start, series.rate
+    rate = series.rate
     piece = max(PIECE, MOMENTS * SAMPLES_OF_MOMENT / rate) if rate else math.inf
-    if seconds < MIN_LONG_REST / PIECE * piece:
+    longest = max(_rests_with_gaps(series, holds), key=lambda rest: rest[-1].end - rest[0].start)
+    shortest = MIN_LONG_REST / PIECE * piece
+    if longest[-1].end - longest[0].start < shortest:
         return None
-    inside = series.between(longest.start, longest.end)
-    joined = math.ceil(int(seconds / piece) / MOST_AVERAGES)
-    count = int(seconds / piece) // joined
+    parts = [
+        part
+        for one in longest
+        for part in _without_gaps(series, one, piece / MOMENTS)
+        if part[1] - part[0] >= MIN_PART_SHARE * shortest
+    ]
+    averages = sum(int((end - start) / piece) for start, end in parts)
+    joined = max(math.ceil(averages / MOST_AVERAGES), 1)
+    counts = [int((end - start) / piece) // joined for start, end in parts]
+    cut = [
+        _averages(series, *part, count, joined, matrix)
+        for part, count in zip(parts, counts, strict=True)
+    ]
+    return _joined([one for one in cut if one is not None], joined, MIN_HELD_SHARE * shortest)
+
+
+def _rests_with_gaps(series: Series, holds: Sequence[Hold]) -> list[list[Hold]]:
+    """The holds, those in one list between which only samples are missing."""
+    found = [[holds[0]]]
+    edge = WINDOW_BLOCKS * block_size(series.rate) / series.rate if series.rate else 0.0
+    for before, after in pairwise(holds):
+        between = series.between(before.end - edge, after.start + edge).time
+        gap = float(np.diff(between).max(initial=0.0))
+        missing = gap * series.rate > MAX_SAMPLE_INTERVALS and gap <= PIECE
+        at_rest = after.start - before.end <= gap + 2.0 * edge
+        same = angle_between(before.accelerometer, after.accelerometer) <= MAX_MOVED
+        interrupted = bool(across_restarts(np.array([gap])).any())
+        if missing and at_rest and same and not interrupted:
+            found[-1].append(after)
+        else:
+            found.append([after])
+    return found
+
+
+def _without_gaps(series: Series, hold: Hold, longest: float) -> list[tuple[float, float]]:
+    """Beginning and end of the parts of a hold in which no longer gap is."""
+    time = series.between(hold.start, hold.end).time
+    gaps = np.flatnonzero(np.diff(time) > longest)
+    begun, ended = [hold.start, *time[gaps + 1].tolist()], [*time[gaps].tolist(), hold.end]
+    return list(zip(begun, ended, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class _Averages:
+    """Averages over a part of a rest.
+
+    Attributes:
+        edges: beginning of each and the end, s, shape (k + 1,).
+        means: about the mean of the part, SI, shape (k, 3).
+        scatter: sum of the squares of its moments about their averages, shape (3,).
+        freedom: degrees of freedom of that sum.
+    """
+
+    edges: FloatArray
+    means: FloatArray
+    scatter: FloatArray
+    freedom: int
+
+
+def _averages(
+    series: Series, start: float, end: float, count: int, joined: int, matrix: FloatArray
+) -> _Averages | None:
+    """So many averages over a part of a rest; None if samples are missing in it.
+
+    Args:
+        series: readings of the sensor.
+        start: beginning of the part, s.
+        end: its end, s.
+        count: of the averages.
+        joined: shorter averages in each.
+        matrix: SI per reading, shape (3, 3).
+    """
     parts = count * joined * MOMENTS
-    moments = np.floor((inside.time - longest.start) / (seconds / parts)).astype(int)
+    if parts < 2 * MOMENTS:
+        return None
+    inside = series.between(start, end)
+    moments = np.floor((inside.time - start) / ((end - start) / parts)).astype(int)
     moments = np.clip(moments, 0, parts - 1)
     number = np.bincount(moments, minlength=parts)
     if number.min() < 1:
-        return None  # samples are missing
+        return None
     centred = (inside.values - inside.values.mean(axis=0)) @ matrix.T
     means = np.array([np.bincount(moments, axis) / number for axis in centred.T])
     means = means.reshape(3, count * joined, MOMENTS)
     averages = means.mean(axis=2)
-    scatter = ((means - averages[:, :, None]) ** 2).sum(axis=(1, 2))
-    white = scatter / (parts * (MOMENTS - 1) * joined)
+    return _Averages(
+        edges=start + (end - start) / count * np.arange(count + 1),
+        means=averages.reshape(3, count, joined).mean(axis=2).T,
+        scatter=((means - averages[:, :, None]) ** 2).sum(axis=(1, 2)),
+        freedom=parts * (MOMENTS - 1),
+    )
+
+
+def _joined(parts: Sequence[_Averages], joined: int, least: float) -> RestPieces | None:
+    """The parts of a rest; None if they are shorter than ``least`` seconds, or without noise."""
+    if sum(float(one.edges[-1] - one.edges[0]) for one in parts) < least:
+        return None
+    scatter, freedom = sum(one.scatter for one in parts), sum(one.freedom for one in parts)
+    white = np.asarray(scatter / (freedom * joined))
     if not (white > 0.0).all():
         return None
-    edges = longest.start + seconds / count * np.arange(count + 1)
+    counts = [len(one.means) for one in parts]
     return RestPieces(
-        spans=np.column_stack([edges[:-1], edges[1:]]),
-        means=averages.reshape(3, count, joined).mean(axis=2).T,
-        white=np.tile(white, (count, 1)),
+        spans=np.concatenate([np.column_stack([one.edges[:-1], one.edges[1:]]) for one in parts]),
+        means=np.concatenate([one.means for one in parts]),
+        white=np.tile(white, (sum(counts), 1)),
         levels=np.ones(1),
-        lever=np.ones(count),
-        rest=np.zeros(count, np.int64),
+        lever=np.ones(sum(counts)),
+        rest=np.repeat(np.arange(len(parts)), counts),
     )
 
 

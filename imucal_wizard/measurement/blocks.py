@@ -13,6 +13,7 @@ import numpy as np
 from imucal_wizard.core.limits.stillness import (
     BLOCK_SECONDS,
     MIN_BLOCK_SAMPLES,
+    MIN_USUAL_RATE,
     TIME_TOLERANCE,
     USUAL_REST_SECONDS,
     WINDOW_BLOCKS,
@@ -52,9 +53,10 @@ def rest_in_words(rate: float) -> str:
     Args:
         rate: samples per second; 0 where it is not known.
     """
-    seconds = math.ceil(shortest_rest(rate) - TIME_TOLERANCE) if rate > 0.0 else 2
-    few = f" (at {rate:.3g} samples/s two seconds are too few samples)"
-    return f"{seconds} s{few}" if seconds > USUAL_REST_SECONDS else "two seconds"
+    if rate >= MIN_USUAL_RATE or rate <= 0.0:
+        return "two seconds"
+    seconds = math.ceil(shortest_rest(rate) - TIME_TOLERANCE)
+    return f"{seconds} s (at {rate:.3g} samples/s two seconds are too few samples)"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from benchmarks.gyroscope_bound import DEVICES, Session, fitted
-from imucal_wizard.core.readings import BoolArray, FloatArray, Series
+from imucal_wizard.core.readings import BoolArray, FloatArray, Series, distinct
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.gyroscope_report import fit_gyroscope
@@ -184,6 +184,25 @@ def test_a_long_rest_tells_how_large_slow_noise_is(seconds: int, rate: float) ->
         assert len(rest) <= 300
         assert sizes[rest.evidence(walked, sizes[None], of_strength=False).argmax()] == true
     assert long_rest(series, [hold(values.mean(axis=0), 0.0, 50.0)], np.eye(3)) is None
+
+
+@pytest.mark.parametrize("split", [False, True])
+def test_a_long_rest_with_a_gap_is_one_in_parts(split: bool) -> None:
+    """Half a second without samples, in one hold or between two; another pose is no part."""
+    rng, sizes = np.random.default_rng(9), np.array([0.0, 1.0, 10.0, 100.0, 1000.0])
+    time = np.delete(np.arange(7000) / 100.0, slice(3000, 3050))
+    steps = np.sqrt(10.0 / 100.0) * rng.standard_normal((len(time), 3))
+    values = np.cumsum(steps, axis=0) + rng.standard_normal((len(time), 3))
+    series, up = Series(time, values, "m/s^2"), np.array([0.0, 0.0, 9.8])
+    holds = [hold(up, 0.0, 29.9), hold(up, 30.6, 39.4)] if split else [hold(up, 0.0, 70.0)]
+    rest = long_rest(series, holds, np.eye(3))
+    assert rest is not None
+    assert len(rest) == 22
+    assert distinct(rest.rest).tolist() == [0, 1]
+    assert not ((rest.spans[:, 0] < 30.4) & (rest.spans[:, 1] > 30.1)).any()
+    assert sizes[rest.evidence(walked, sizes[None], of_strength=False).argmax()] == 10.0
+    other = [hold(up, 0.0, 29.9), hold(up[::-1], 30.6, 39.4)]
+    assert long_rest(series, other, np.eye(3)) is None
 
 
 def _held(rng: np.random.Generator, walk: float) -> RestPieces:

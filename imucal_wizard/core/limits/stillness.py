@@ -12,6 +12,8 @@ TIME_TOLERANCE = 1e-6
 
 USUAL_REST_SECONDS = 2.0
 """Rest in each position that the user is asked for."""
+MIN_USUAL_RATE = (WINDOW_BLOCKS + 1) * MIN_BLOCK_SAMPLES / USUAL_REST_SECONDS
+"""Hz; at fewer samples per second a hold needs a longer rest."""
 MIN_HOLD_SECONDS = 1.0
 """Shorter rests in a recording are as often a slow moment of a rotation as a hold."""
 REST_FACTOR = 3.5

@@ -3,6 +3,7 @@
 import math
 from typing import TYPE_CHECKING
 
+from imucal_wizard.core.limits.stillness import MIN_USUAL_RATE
 from imucal_wizard.core.quantities import decimals, fixed, number, unit_sign
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.tui.text import Line, Span, known_as, line, wrapped
@@ -28,8 +29,9 @@ _WELCOME = (
 _RECHECK = (
     "The recheck tells whether a device still agrees with its calibration: GO or NO-GO.",
     (
-        "Put the device down for 5 s, then hold each face up for two seconds, in any order, and "
-        "rotate it in between. This takes about a minute."
+        "Put the device down for 5 s, then hold each face up for two seconds (longer below "
+        f"{MIN_USUAL_RATE:.0f} samples/s), in any order, and rotate it in between. This takes "
+        "about a minute."
     ),
     "Select the device that was calibrated.",
 )
