@@ -552,8 +552,8 @@ class Rests:
             self._step = np.append(self._step, (0.0 if step_g is None else step_g) + np.zeros(3))
         # a product of all axes needs no common unit of the sensors
         noise = np.log(np.maximum(self._std, np.maximum(rounding_noise(self._step), 1e-300)))
-        calm, turning = noise[:, :3].sum(axis=1), noise[:, 3:].sum(axis=1)
-        self._unrest = calm + np.where(np.isnan(turning), _WITHOUT_GYROSCOPE, turning)
+        of_force, of_rate = noise[:, :3].sum(axis=1), noise[:, 3:].sum(axis=1)
+        self._unrest = of_force + np.where(np.isnan(of_rate), _WITHOUT_GYROSCOPE, of_rate)
         self._unrest[~self._full] = np.inf
         self._known: dict[int, tuple[int, int]] = {}
         self._around: dict[int, tuple[int, int]] = {}
@@ -582,8 +582,11 @@ class Rests:
     def around(self, first: int, past: int) -> tuple[int, int]:
         """The rest around the calmest of some windows: its first window and past its last.
 
-        A smooth turn about the vertical beside them may be calmer than a hand that trembles. It is
-        no rest, and ends theirs.
+        A rest may extend beyond these windows and contain a calmer one there; the search then
+        begins again from that one. It may so arrive at a smooth turn about the vertical, which can
+        be calmer than a rest in a trembling hand. If most of the windows found lie outside the
+        given ones and turn in the mean, the rest around the first calmest window is returned
+        instead, without windows outside the given ones.
         """
         calmest, seen = first + int(self._unrest[first:past].argmin()), set[int]()
         begun = calmest

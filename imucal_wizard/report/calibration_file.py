@@ -32,7 +32,7 @@ from imucal_wizard.report.measured import (
     TableMeans,
     wrong_measurements,
 )
-from imucal_wizard.report.proof import contradiction
+from imucal_wizard.report.proof import contradiction, lacks_temperature
 
 CALIBRATION_SCHEMA = "imucal-wizard/calibration/1"
 COVARIANCE_ENTRIES = {"accelerometer": 9, "gyroscope": 12}
@@ -521,7 +521,14 @@ def read_calibration(path: Path) -> Calibration:
         raise RecordingError(f"{path} holds no sensor; take another calibration")
     wrong = wrong_measurements(
         found.hold_means, found.rotation_increments, found.field_means, found.table_means
-    ) or contradiction(found)
+    )
+    if not wrong and lacks_temperature(found):
+        raise RecordingError(
+            f"{path} is of an earlier version, which did not save the temperature on the rate table "
+            "and counted that of its rests apart: what its effect of the temperature means is not "
+            "certain. Fit the recording again and save"
+        )
+    wrong = wrong or contradiction(found)
     if wrong:
         raise RecordingError(
             f"{path} is damaged or was edited by hand: {wrong}; take the file as it was saved"

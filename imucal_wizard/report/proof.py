@@ -365,6 +365,17 @@ def _same(here: float, there: float, at_least: float = 0.0) -> bool:
     return abs(here - there) <= SAME_FIGURE * max(abs(there), at_least)
 
 
+def lacks_temperature(calibration: "Calibration") -> bool:
+    """Whether an effect needs the temperature on a rate table, which earlier versions left out."""
+    if all(one.temperature is not None for one in calibration.table_means):
+        return False
+    try:
+        errors = Proof(calibration).errors(own(calibration), frame=False)
+    except UsageError:  # an effect of the user's own is in no file
+        return False
+    return bool(np.isnan(errors.get("gyroscope", 0.0)))
+
+
 def _unproven(calibration: "Calibration") -> str:
     """That a sensor does not leave the error on its own readings that the file states."""
     try:
