@@ -53,8 +53,8 @@ MAX_JOINED = 3
 """Explanations of a kind that are joined with others on all their parameters: each costs as much as
 the set."""
 JOINED_WITH = {EFFECT: 1, DISTURBED: 2}
-"""Others that each of them is joined with. A disturbed rotation spoils the holds at its ends too, so
-two disturbed items are told from an item between them only where both are tried together."""
+"""Others that each of them is joined with. A disturbed rotation spoils the holds at its ends too,
+so two disturbed items are told from an item between them only where both are tried together."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ Every check returns one sentence that says what was found and what to do, or "".
 """
 
 import itertools
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,12 +12,14 @@ from imucal_wizard.core.errors import RecordingError
 from imucal_wizard.core.gravity import (
     UNITS_BY_SIZE,
     acceleration_unit,
+    are_whole_numbers,
     median_magnitude,
     unit_of_gravity,
 )
 from imucal_wizard.core.limits.data_quality import (
     GRAVITY_BLOCK_SECONDS,
     MAX_BURST_RATIO,
+    MAX_COPIED,
     MAX_FORCE_STEP,
     MAX_GRAVITY_ERROR,
     MAX_GRAVITY_SPREAD,
@@ -33,6 +36,8 @@ from imucal_wizard.core.limits.data_quality import (
     MAX_UNEVEN_PART,
     MAX_ZERO_RATE_SHARE,
     MIN_CHECKED_SAMPLES,
+    MIN_COPIES,
+    MIN_COPIES_RATIO,
     MIN_GRAVITY,
     MIN_MISSING_SHARE,
     MIN_MISSING_STEP,
@@ -106,15 +111,43 @@ def _repeated_samples(readings: Readings) -> str:
         runs < GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate
     )
     short = runs[counted]
-    if not len(short):
-        return ""
-    share = 1.0 - len(short) / float(short.sum())
+    share = 1.0 - len(short) / float(short.sum()) if len(short) else 0.0
     if share <= MAX_REPEATED_SHARE:
-        return ""
+        known = np.concatenate([[False], far, [False]])
+        alone = known[starts] & known[np.append(starts[1:], len(readings))] & (runs <= MAX_COPIED)
+        return _copies_in_noise(readings, together, int((runs[alone] - 1).sum()))
     return (
         f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
         "sensor measures, or too few digits. Print once per new measurement; otherwise the noise "
         "and the limits of stillness are wrong."
+    )
+
+
+def _copies_in_noise(readings: Readings, together: Sequence[FloatArray], count: int) -> str:
+    """Warning about samples that repeat the previous one where noise changes the others.
+
+    How often it leaves each axis as it was, the samples around show; all axes stay by chance as
+    often as the product of these shares says.
+
+    Args:
+        readings: samples.
+        together: values of the sensors that are read together, each of shape (n, 3).
+        count: samples that repeat the previous one, in short runs between larger changes.
+    """
+    if count < MIN_COPIES:
+        return ""
+    stays = np.concatenate([np.diff(one, axis=0) == 0.0 for one in together], axis=1)
+    size = max(MIN_CHECKED_SAMPLES, round(GRAVITY_BLOCK_SECONDS * readings.accelerometer.rate))
+    begins = np.arange(0, max(len(stays) - size, 0) + 1, size)
+    there = np.diff(np.append(begins, len(stays)))
+    shares = (np.add.reduceat(stays, begins, axis=0, dtype=float) + 0.5) / (there[:, None] + 1.0)
+    by_chance = float(there @ shares.prod(axis=1))
+    if count < MIN_COPIES + MIN_COPIES_RATIO * by_chance:
+        return ""
+    return (
+        f"{plural(count, 'sample')} of {len(readings)} repeat the one before on all axes, which "
+        "noise changes in the others: rows came twice, or the sensor was read before it had "
+        "measured. Where the times do not show it, the angles of rotations are wrong."
     )
 
 
@@ -303,7 +336,29 @@ def unsigned_counts(readings: Readings) -> str:
     return ""
 
 
-READINGS_CHECKS = (_wrong_gravity, _frozen_values, _repeated_samples, _zero_rate, unsigned_counts)
+def _decimals_of_counts(readings: Readings) -> str:
+    """Warning about readings that are said to be counts and are not whole numbers."""
+    found = [
+        sensor
+        for sensor, series in inertial_sensors(readings)
+        if series.unit == COUNT and len(series) and not are_whole_numbers(series.values)
+    ]
+    if not found:
+        return ""
+    return (
+        f"The readings of the {' and the '.join(found)} have decimals, and counts are whole "
+        "numbers: they may be averages of counts, or in a unit. Check the unit."
+    )
+
+
+READINGS_CHECKS = (
+    _wrong_gravity,
+    _frozen_values,
+    _repeated_samples,
+    _zero_rate,
+    unsigned_counts,
+    _decimals_of_counts,
+)
 """Checks of both inertial sensors together, for recordings and for windows of a stream."""
 
 
@@ -343,10 +398,10 @@ def missing_samples(time: FloatArray) -> str:
     real = steps[gaps] - short > MIN_MISSING_STEP * usual
     # several late samples in a row look like a missing one, so that a few of these prove nothing
     if real.mean() < MIN_MISSING_SHARE:
-        times = "the times" if real.any() else "nothing is missing, but the times"
+        shown = "" if real.any() else ", although they show no gap"
         return (
             f"{plural(len(gaps), 'sample')} came with a time too early or too late, the first at "
-            f"{time[gaps[0]] - origin:.6g} s: {times} are uneven. Let the device print "
+            f"{time[gaps[0]] - origin:.6g} s: the times are uneven{shown}. Let the device print "
             "its own time, or leave the column out and give the rate"
         )
     gaps, ratios = gaps[real], ratios[real]

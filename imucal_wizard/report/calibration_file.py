@@ -524,9 +524,9 @@ def read_calibration(path: Path) -> Calibration:
     )
     if not wrong and lacks_temperature(found):
         raise RecordingError(
-            f"{path} is of an earlier version, which did not save the temperature on the rate table "
-            "and counted that of its rests apart: what its effect of the temperature means is not "
-            "certain. Fit the recording again and save"
+            f"{path} is of an earlier version, which did not save the temperature on the rate "
+            "table and counted that of its rests apart: what its effect of the temperature means "
+            "is not certain. Fit the recording again and save"
         )
     wrong = wrong or contradiction(found)
     if wrong:

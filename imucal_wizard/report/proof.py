@@ -366,14 +366,15 @@ def _same(here: float, there: float, at_least: float = 0.0) -> bool:
 
 
 def lacks_temperature(calibration: "Calibration") -> bool:
-    """Whether an effect needs the temperature on a rate table, which earlier versions left out."""
+    """Whether an effect follows the temperature on a rate table, which the file does not hold."""
     if all(one.temperature is not None for one in calibration.table_means):
         return False
+    sensor = calibration.sensors.get("gyroscope")
     try:
-        errors = Proof(calibration).errors(own(calibration), frame=False)
+        terms = [] if sensor is None else [one.known() for one in sensor.effects]
     except UsageError:  # an effect of the user's own is in no file
         return False
-    return bool(np.isnan(errors.get("gyroscope", 0.0)))
+    return any(term.effect.against == "temperature" for term in terms)
 
 
 def _unproven(calibration: "Calibration") -> str:

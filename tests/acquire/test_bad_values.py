@@ -8,7 +8,7 @@ from imucal_wizard.acquire.setup import StreamSetup, named_columns
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.measurement.data_quality import check_recording, coarse_steps
-from tests.acquire.streams import at_rest, feed, printed, spoilt, warned
+from tests.acquire.streams import HEADER, at_rest, feed, printed, spoilt, warned
 
 
 def test_a_healthy_stream_gets_no_warning() -> None:
@@ -74,6 +74,43 @@ def test_a_sensor_that_repeats_itself_by_coarse_steps_at_rest_prints_not_too_fas
 @pytest.mark.parametrize("step", [0.001, 0.1])
 def test_a_device_that_prints_too_fast_is_told_so(step: float) -> None:
     assert "repeat the one before" in " ".join(check_recording(_turned(step, repeated=True)))
+
+
+def _resting(noise: float, copied: int, seconds: int = 100) -> Readings:
+    """Samples of both sensors with even times, some of which came twice before times were added."""
+    rng, count = np.random.default_rng(4), 100 * seconds
+    rows = np.sort(np.append(np.arange(count), rng.choice(count, copied, replace=False)))
+    moving = (
+        20.0 * np.sin(0.1 * np.arange(count))[:, None] * (np.arange(count) % 500 > 300)[:, None]
+    )
+    values = np.round(moving + rng.normal(0.0, noise, (count, 6)))[rows]
+    time = np.arange(len(rows)) / 100
+    force, rate = values[:, :3] + np.array([0.0, 0.0, 16384.0]), values[:, 3:]
+    return Readings(Series(time, force, "count"), Series(time, rate, "count"))
+
+
+def test_samples_that_came_twice_are_counted_where_noise_would_change_them() -> None:
+    """The times show nothing of it; a sensor without noise repeats itself without a copy."""
+    assert "20 samples of 10020 repeat the one before" in " ".join(
+        check_recording(_resting(3.0, 20))
+    )
+    for noise, copied in ((3.0, 0), (1.0, 0), (0.5, 20), (0.2, 0), (0.0, 20)):
+        assert "repeat the one before" not in " ".join(check_recording(_resting(noise, copied)))
+
+
+def test_counts_with_decimals_are_told() -> None:
+    """They may be averages, and are calibrated all the same."""
+    counts = HEADER.replace(b"m/s^2", b"count")
+    said = warned(at_rest(3000), counts)
+    assert "readings of the accelerometer have decimals, and counts are whole numbers" in said
+    assert "have decimals" not in warned(np.round(at_rest(3000) * 1000.0), counts)
+    assert "have decimals" in " ".join(check_recording(_averages()))
+
+
+def _averages() -> Readings:
+    """Of four counts each."""
+    values = np.random.default_rng(0).integers(0, 9, (400, 4, 3)).mean(axis=1)
+    return Readings(Series(np.arange(400) / 100, values + np.array([0.0, 0.0, 16384.0]), "count"))
 
 
 def test_values_that_never_change_are_noticed() -> None:

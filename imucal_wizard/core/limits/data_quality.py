@@ -7,6 +7,11 @@ MIN_CHECKED_SAMPLES = 50
 MAX_REPEATED_SHARE = 0.2
 """Share of samples equal to the previous one; above it, the device prints faster than it
 measures."""
+MAX_COPIED = 4
+"""Equal samples in a row that may be copies of one; a longer run is a rest without noise."""
+MIN_COPIES, MIN_COPIES_RATIO = 5, 10.0
+"""Samples equal to the previous one on all axes that are no chance: so many, and so many times what
+chance makes of them, since noise is not the same throughout a block."""
 MAX_REST_STEPS = 1.5
 """Change in steps of the readings, up to which a resting sensor makes it whose noise is below its
 step."""
