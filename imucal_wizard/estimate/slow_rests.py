@@ -232,7 +232,7 @@ def _averages(
     means = means.reshape(3, count * joined, MOMENTS)
     averages = means.mean(axis=2)
     return _Averages(
-        edges=start + (end - start) / count * np.arange(count + 1),
+        edges=np.asarray(start + (end - start) / count * np.arange(count + 1)),
         means=averages.reshape(3, count, joined).mean(axis=2).T,
         scatter=((means - averages[:, :, None]) ** 2).sum(axis=(1, 2)),
         freedom=parts * (MOMENTS - 1),

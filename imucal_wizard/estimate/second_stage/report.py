@@ -94,7 +94,7 @@ def _with_third_sensor(report: FitReport, field_axes: FloatArray) -> tuple[str, 
     if not notes:
         return report.warnings
     decided = exchanged_axes(report.sensors["gyroscope"].matrix, field_axes)
-    said = dict(zip(notes, decided, strict=True))
+    said: dict[str, str] = dict(zip(notes, decided, strict=True))
     return tuple(said.get(text, text) for text in report.warnings)
 
 
