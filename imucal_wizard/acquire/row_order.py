@@ -124,7 +124,10 @@ class RowOrder:
 
     def _without_copies(self, values: FloatArray) -> FloatArray:
         """Without the next rows that are among the newest; as many others as a decision needs."""
-        ticks, newest = values[:, self._place], np.concatenate(self._newest)
+        ticks = values[:, self._place]
+        if (ticks[: LATE_ROWS + 1] > self._newest[-1][-1, self._place]).all():
+            return values
+        newest = np.concatenate(self._newest)
         kept, others = np.ones(len(values), np.bool_), 0
         for row in range(len(values)):
             step = ticks[row] - newest[-1, self._place]
