@@ -63,8 +63,9 @@ class CrossProduct(Effect):
             "changes.",
             equation="error on an axis = coefficient × force on one axis × force on another",
             signature="The product of two axes acts on edges and is zero at faces. The fit "
-            "absorbs half of it as a bias, so faces and edges keep opposite errors. The product "
-            "of all three axes appears at corners only, with opposite signs at adjacent corners.",
+            "absorbs about 40 % of that as a bias, so faces and edges keep opposite errors. "
+            "The product of all three axes appears at corners only, with opposite signs at "
+            "adjacent corners.",
             needs="Edges, and all eight corners: without corners the product of all three axes "
             "cannot be seen. Several coefficients cause the same residual, so only their sum is "
             "determined.",
