@@ -336,7 +336,8 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 _ALIASES = "Exactly the same error in such data: {}. Only another kind of test separates them."
 _ONE_G = (
-    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses do."
+    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses or a "
+    "gyroscope's rotations do."
 )
 _ONE_SPEED = (
     "Nearly the same error in rotations at one speed or about tilted axes alone: {}. Rotations at "

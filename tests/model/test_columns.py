@@ -161,7 +161,12 @@ def test_products_of_forces_on_the_other_axes_are_a_second_order_term_at_one_g()
     up = c.force[0] / STANDARD_GRAVITY  # of 1 g
     along = {name: column @ up for name, column in {**products, **square}.items()}
     np.testing.assert_allclose(along["x"], up[0] - along["yxy"] - along["zxz"], rtol=1e-9)
-    assert "exactly the same" in effect("second-order").stories["accelerometer"].needs
+    # not across gravity, where a gyroscope's rotations feel it
+    across = square["x"] + products["yxy"] + products["zxz"] - np.array([1.0, 0.0, 0.0])
+    np.testing.assert_allclose(across, up[0] * up - np.array([1.0, 0.0, 0.0]))
+    needs = effect("second-order").stories["accelerometer"].needs
+    assert "exactly the same" in needs
+    assert "directions differ" in needs
 
 
 def test_g_sensitivity_is_output_then_input() -> None:

@@ -58,7 +58,8 @@ class SecondOrder(AxisEffect):
             "absorbs most of the error, so the fit shows only the rest.",
             needs="Both faces of the axis and poses half way between (edges, corners). At 1 g the "
             "asymmetry looks almost the same, and cross-axis products of equal size on the two "
-            "other axes cause exactly the same residuals; forces well above 1 g separate them.",
+            "other axes cause exactly the same residuals; forces well above 1 g separate them. "
+            "Their directions differ, which a gyroscope's rotations may show.",
             remedy="Add the term and apply it with the calibration; without the term, the fit "
             "counts 60 % of the error as bias. Apply the term above 1 g only if a test there has "
             "confirmed it.",
