@@ -14,7 +14,7 @@ from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.quantities import number, readable, size_with_unit, with_unit
 from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import complement
+from imucal_wizard.core.statistics import complement, root_mean_square
 from imucal_wizard.diagnose.bench import BenchFindings
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.free_curves import shape_of
@@ -198,23 +198,45 @@ def misfit_curve(
 def clearest(
     findings: BenchFindings, views: Sequence[ResidualView], suspect: Suspect
 ) -> ResidualView | None:
-    """The picture of what is left over whose abscissa a suspect's prediction follows best."""
+    """The picture of what is left over whose abscissa a suspect's prediction follows best.
+
+    Pictures of rows that the suspect hardly moves are left out: an effect of the rate at rest.
+    """
+    drawn = [misfit_curve(findings, view, suspect) for view in views]
+    sizes = [_size_over_noise(one) for one in drawn]
     best, most = None, -np.inf
-    for view in views:
-        drawn = misfit_curve(findings, view, suspect)
-        if drawn.predicted is not None:
-            share = _explained(replace(drawn, y=drawn.predicted))
+    for one, size in zip(drawn, sizes, strict=True):
+        if one.predicted is not None and size >= MIN_SHARE_OF_LARGEST * max(sizes):
+            share = _explained(replace(one, y=one.predicted))
             if share > most:
-                best, most = drawn, share
+                best, most = one, share
     return best
+
+
+MIN_SHARE_OF_LARGEST = 0.5
+"""Of the largest prediction, in units of the noise: rows with less show the effect less clearly."""
+
+
+def _size_over_noise(view: ResidualView) -> float:
+    if view.predicted is None or view.error is None:
+        return 0.0
+    return root_mean_square(view.predicted / view.error)
 
 
 def views_over(
     views: Sequence[ResidualView], effect: Effect, sensor: str
 ) -> Sequence[ResidualView]:
     """The pictures over what an effect depends on, as its lesson has; all if there is none."""
-    over = picture(effect, sensor).x_label.split()[0]
-    return [view for view in views if view.x_label.split()[0] == over] or views
+    over = _quantity(picture(effect, sensor).x_label)
+    return [view for view in views if _quantity(view.x_label) == over] or views
+
+
+def _quantity(label: str) -> str:
+    """What a label is of: "mean rate about x, °/s" is a rate, like "rate about x, °/s"."""
+    words = label.partition(",")[0].split()
+    if words[0] == "force" and "before" in words:
+        return "force before"
+    return "rate" if "rate" in words else words[0]
 
 
 def opening_view(

@@ -51,8 +51,8 @@ class Parameter:
         name: as in the JSON: ``bias_x``, ``sensitivity_x`` and, of the accelerometer, the angles
             ``theta_yz``, ``theta_zy``, ``theta_zx``; of the gyroscope ``cross_xy`` and so on.
         value: in ``unit``.
-        standard_error: one standard deviation from the residual of the fit, with the fit's
-            ``degrees_of_freedom``; None where the data leave nothing to judge by.
+        standard_error: one standard deviation, with the fit's ``degrees_of_freedom``; None where
+            the data leave nothing to judge by.
         unit: unit word.
         carried: False if the data do not determine it, so that it keeps its nominal value.
         standard_error_repeats: the same from the repeats alone, with the fit's

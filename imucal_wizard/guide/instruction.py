@@ -75,9 +75,13 @@ def _nothing_arrives(status: Status, act: Act, headline: str) -> Status:
     rotation = status.rotation
     if rotation is not None:  # a rotation across a gap is not used
         rotation = replace(rotation, angle=0.0, rate=0.0, fastest=0.0, clips=False)
+    done, wanted = status.progress
+    if status.step is StepKind.SETTLE:  # it is one rest, and begins again
+        done = 0.0
     return replace(
         status,
         rotation=rotation,
+        progress=(done, wanted),
         act=act,
         instruction=headline,
         detail=detail,

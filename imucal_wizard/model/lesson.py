@@ -235,7 +235,8 @@ def _field(up: FloatArray) -> FloatArray:
     """Field in the body frame, every pose with another heading, µT, shape (n, 3)."""
     first = np.cross(up, np.eye(3)[np.abs(up).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
-    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(len(up))[:, None]
+    # the golden angle is that of the longitudes: headings by it would follow the directions
+    turn = 2.0 * np.pi * np.sqrt(2.0) * np.arange(len(up))[:, None]
     north = np.cos(turn) * first + np.sin(turn) * np.cross(up, first)
     return np.asarray(FIELD * (np.cos(DIP) * north - np.sin(DIP) * up))
 
@@ -335,11 +336,12 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
 
 _ALIASES = "Exactly the same error in such data: {}. Only another kind of test separates them."
 _ONE_G = (
-    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses do."
+    "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses or a "
+    "gyroscope's rotations do."
 )
 _ONE_SPEED = (
-    "Nearly the same error at one speed: {}. Rotations at other speeds separate them; sometimes "
-    "more rotations do."
+    "Nearly the same error in rotations at one speed or about tilted axes alone: {}. Rotations at "
+    "several speeds, about the axes of the sensor and about tilted ones, separate them."
 )
 _ALIKE = {ACCELEROMETER: _ONE_G}
 _ONE_CHANGE = (

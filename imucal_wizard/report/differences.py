@@ -66,6 +66,7 @@ class NamedParameters:
         device: name or serial number, or None.
         own_frame: parameters of sensors with a full matrix, in their own frame.
         measured: what it was fitted to: the fingerprint of the recording, and its readings.
+        gravity: by which the accelerometer was calibrated, m/s², or None.
     """
 
     name: str
@@ -73,6 +74,7 @@ class NamedParameters:
     device: str | None = None
     own_frame: Mapping[str, Mapping[str, Known]] = field(default_factory=dict)
     measured: frozenset[object] = frozenset()
+    gravity: float | None = None
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,7 @@ def _of_calibration(name: str, calibration: Calibration) -> NamedParameters:
                 *((one.start, *one.gyroscope[0]) for one in calibration.table_means),
             ]
         ),
+        calibration.gravity.value if "accelerometer" in calibration.sensors else None,
     )
 
 
@@ -216,6 +219,18 @@ def _given(one: Any) -> Known:
     return Known(given.value, error, given.unit, given.degrees_of_freedom)
 
 
+def _gravities(files: Sequence[NamedParameters]) -> list[str]:
+    used = {one.gravity: None for one in files if one.gravity is not None}
+    if len(used) < 2:
+        return []
+    share = number(100.0 * (max(used) / min(used) - 1.0), 2)
+    names = " and ".join(number(one, 6) for one in used)
+    note = (
+        f"the calibrations used gravities of {names} m/s²: this alone makes sensitivities of the "
+    )
+    return [f"{note}accelerometer differ by {share} %"]
+
+
 def differences(
     files: Sequence[NamedParameters],
 ) -> tuple[dict[str, dict[str, Difference]], list[str]]:
@@ -233,6 +248,7 @@ def differences(
             "these calibrations share measurements: their errors are not independent, so that the "
             "standard errors of the differences and p do not hold"
         )
+    notes += _gravities(files)
     for sensor in SENSORS:
         tables = [one.sensors.get(sensor, {}) for one in files]
         if all(tables) and any("theta_yz" in one for one in tables):

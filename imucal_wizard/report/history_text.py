@@ -192,13 +192,13 @@ def _calibration_rows(history: DeviceHistory) -> str:
 
 def as_found_note(history: DeviceHistory) -> str:
     """What the errors as found refer to."""
-    units = {
-        sensor.bias_unit
+    ways = {
+        uncalibrated(sensor.bias_unit)  # the same for all units but counts
         for one in history.calibrations
         for sensor in one.sensors.values()
         if sensor.as_found is not None and not sensor.as_found_by
     }
-    first = " or ".join(uncalibrated(unit) for unit in sorted(units, reverse=True))
+    first = " or ".join(sorted(ways, reverse=True))
     by = f"; of the first, with {first}" if first else ""
     return f"As found: error of the readings of that date with the calibration before it{by}"
 

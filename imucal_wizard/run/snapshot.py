@@ -9,7 +9,7 @@ from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.limits.procedure import MAX_PREVIEW_GRAVITY_ERROR, MIN_PRINTED_DECIMALS
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
+from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, STANDARD_GRAVITY
 from imucal_wizard.guide.instruction import Flow
 from imucal_wizard.guide.state import Event, Status
 
@@ -94,7 +94,11 @@ class StreamStatus:
     @property
     def few_digits(self) -> bool:
         """Whether too few decimals are printed to show the noise; whole numbers have none."""
-        return self.accelerometer_unit != COUNT and 0 < (self.digits or 0) < MIN_PRINTED_DECIMALS
+        printed = next((c.unit for c in self.columns if c.channel == "ax"), "")
+        if self.accelerometer_unit == COUNT or not self.digits:
+            return False
+        last = ACCELERATION_UNITS.get(printed, 1.0) * 10.0**-self.digits
+        return last > 10.0 ** (0.5 - MIN_PRINTED_DECIMALS)  # nearest decimal in m/s²
 
 
 def _no_traces() -> FloatArray:

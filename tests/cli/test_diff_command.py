@@ -87,6 +87,19 @@ def test_two_calibrations_of_the_same_readings_have_errors_in_common(
         assert "expected by chance" not in capsys.readouterr().out
 
 
+def test_other_gravities_are_told_as_the_reason_of_other_sensitivities(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """9.808 and 9.80665 m/s² are 0.014 % apart."""
+    first, second = (saved(tmp_path / f"{n}.json", {"bias_x": (0.2, 0.003)}) for n in "ab")
+    assert difference(capsys, first, second)[1] == []
+    gravity = {"gravity": {"value": 9.808, "unit": "m/s^2"}}
+    second.write_text(json.dumps(json.loads(second.read_text()) | gravity))
+    (note,) = difference(capsys, first, second)[1]
+    assert "9.80665 and 9.80800 m/s²" in note
+    assert "0.014 %" in note
+
+
 def test_a_calibration_without_an_error_is_not_exact(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

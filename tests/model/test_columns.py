@@ -151,6 +151,22 @@ def test_a_late_axis_makes_products_of_rates_on_the_other_two() -> None:
     late = named("axis-delay", "gyroscope", moment())
     np.testing.assert_allclose(late["x"], [0.0, -2.0 * DEGREE, 0.0])
     np.testing.assert_allclose(late["z"], [0.0, 2.0 * DEGREE, 0.0])
+    assert "opposite sign" in effect("axis-delay").stories["gyroscope"].needs
+
+
+def test_products_of_forces_on_the_other_axes_are_a_second_order_term_at_one_g() -> None:
+    """In the magnitude x³ = x − x·y² − x·z²: a bias, and equal products on y and on z."""
+    c = moment(force=(0.48, -0.64, 0.6))
+    square, products = (named(n, "accelerometer", c) for n in ("second-order", "cross-product"))
+    up = c.force[0] / STANDARD_GRAVITY  # of 1 g
+    along = {name: column @ up for name, column in {**products, **square}.items()}
+    np.testing.assert_allclose(along["x"], up[0] - along["yxy"] - along["zxz"], rtol=1e-9)
+    # not across gravity, where a gyroscope's rotations feel it
+    across = square["x"] + products["yxy"] + products["zxz"] - np.array([1.0, 0.0, 0.0])
+    np.testing.assert_allclose(across, up[0] * up - np.array([1.0, 0.0, 0.0]))
+    needs = effect("second-order").stories["accelerometer"].needs
+    assert "exactly the same" in needs
+    assert "directions differ" in needs
 
 
 def test_g_sensitivity_is_output_then_input() -> None:

@@ -8,6 +8,8 @@ import pytest
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE
 from imucal_wizard.model.lesson import (
+    DIP,
+    FIELD,
     cost_of_ignoring,
     cost_text,
     left_by_magnitude,
@@ -44,6 +46,15 @@ def test_a_turn_at_fifty_degrees_per_second_gathers_g_sensitivity_for_seven_seco
     assert price.rotation_worst == pytest.approx(0.1 * 360.0 / 50.0)
     assert price.rest_rms == pytest.approx(6.0 / math.sqrt(3.0))
     assert price.tilt_rms is None
+
+
+def test_a_hard_iron_turns_the_heading_by_its_part_towards_east() -> None:
+    """The axis points anywhere: √(1/3) of what the bias does not absorb points east."""
+    c = session_poses()
+    moved = 0.5 * np.std(c.current)
+    price = cost_of_ignoring(effect("current"), "magnetometer", on_x(0.5))
+    closed = math.degrees(moved * math.sqrt(1.0 / 3.0) / (FIELD * math.cos(DIP)))
+    assert price.heading_rms == pytest.approx(closed, rel=0.03)
 
 
 @pytest.mark.parametrize("time_constant", [180.0, 1200.0])

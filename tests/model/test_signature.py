@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import Effect
 from imucal_wizard.model.formula import FormulaEffect
-from imucal_wizard.model.lesson import picture
+from imucal_wizard.model.lesson import picture, session_poses
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,16 @@ def test_an_asymmetry_bends_nowhere_in_the_magnitude() -> None:
     law = 1.5 * (seen.x * np.abs(seen.x) - 0.75 * seen.x)
     np.testing.assert_allclose(seen.y, law, atol=0.02)
     assert "kink" not in effect("asymmetry").stories["accelerometer"].signature
+
+
+def test_two_fifths_of_a_cross_product_pass_for_a_bias() -> None:
+    """2 mg/g² on xxy leave 2·(x²y − y/5) mg: at an edge 0.42 of 0.71, at the faces of y −0.4."""
+    seen = picture(effect("cross-product"), "accelerometer")
+    y = session_poses().force[:, 1] / STANDARD_GRAVITY
+    x = session_poses().force[:, 0] / STANDARD_GRAVITY
+    order = np.argsort(y, kind="stable")
+    np.testing.assert_allclose(seen.y, (2.0 * (x**2 * y - y / 5.0))[order], atol=0.02)
+    assert "40 %" in effect("cross-product").stories["accelerometer"].signature
 
 
 def test_a_dead_zone_has_a_kink_in_the_magnitude_and_no_jump() -> None:

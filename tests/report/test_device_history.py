@@ -12,6 +12,7 @@ from imucal_wizard.core.description import Description
 from imucal_wizard.report.calibration_file import Calibration, read_calibration
 from imucal_wizard.report.calibration_record import described
 from imucal_wizard.report.device_history import save_in_history
+from imucal_wizard.report.history_text import as_found_note
 from imucal_wizard.sessions.catalogue import Catalogue
 from imucal_wizard.sessions.drift import drift
 from imucal_wizard.sessions.history import PastParameter
@@ -115,6 +116,18 @@ def test_readings_in_other_units_are_not_compared(tmp_path: Path) -> None:
     made = msgspec.structs.replace(made, sensors={"accelerometer": sensor})
     save_in_history(made, tmp_path / "2.json", tmp_path / "s")
     assert read_calibration(tmp_path / "2.json")["accelerometer"].as_found is None
+
+
+def test_what_the_first_errors_as_found_refer_to_is_said_once(tmp_path: Path) -> None:
+    """Readings of the accelerometer in m/s² and those of the gyroscope in rad/s: one conversion."""
+    save_in_history(shifted(1, 0.0), tmp_path / "1.json", tmp_path / "s")
+    with Catalogue(tmp_path / "s") as catalogue:
+        history = catalogue.history("arm")
+    units = {one.bias_unit for one in history.calibrations[0].sensors.values()}
+    assert {"m/s^2", "rad/s"} <= units
+    note = as_found_note(history)
+    assert note.count("nominal conversion") == 1
+    assert " or " not in note
 
 
 def test_a_calibration_without_a_device_belongs_to_no_history(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from imucal_wizard.acquire.decode.base import Column
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.run.snapshot import StreamStatus
 from imucal_wizard.run.snapshot_maker import TRACE_SECONDS, AttitudeFilter, Ring, Traces
@@ -140,3 +141,12 @@ def test_few_printed_decimals_hide_the_noise_but_counts_have_none() -> None:
     assert not StreamStatus(digits=3).few_digits
     assert not StreamStatus(digits=0, accelerometer_unit="count").few_digits
     assert not StreamStatus(digits=0).few_digits
+
+
+@pytest.mark.parametrize(("unit", "enough"), [("m/s^2", 3), ("g", 4), ("mg", 1), ("cm/s^2", 1)])
+def test_printed_decimals_count_in_the_unit_that_is_printed(unit: str, enough: int) -> None:
+    """0.1 mg is a step of 0.001 m/s², and 0.001 g is one of 0.01 m/s²."""
+    columns = tuple(Column(channel, unit) for channel in ("ax", "ay", "az"))
+    assert not StreamStatus(digits=enough, columns=columns).few_digits
+    if enough > 1:
+        assert StreamStatus(digits=enough - 1, columns=columns).few_digits

@@ -12,12 +12,14 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import (
     ResidualView,
+    clearest,
     freed,
     misfit_curve,
     most_telling,
     pictures,
     suspect_view,
     views_of,
+    views_over,
 )
 from imucal_wizard.report.bench_text import blocks, ladder_rows, suspect_size
 from imucal_wizard.report.bench_views import view_text
@@ -429,6 +431,34 @@ def test_every_picture_of_the_screen_can_be_printed(sagged: Benches) -> None:
             assert max(map(len, lines[1:])) <= 79
             assert not any("…" in row for row in lines[1:]), "a label is cut off"
             assert not re.search(r"[0-9] °(?![C/])", "".join(lines)), "written as 0.1°"
+
+
+def test_a_suspect_is_drawn_over_what_it_depends_on(sagged: Benches) -> None:
+    """Nor over the pose before, nor, where it acts in rotations only, over the rests."""
+    depends = {
+        "cross-product": "rate",
+        "axis-delay": "rate",
+        "third-order": "rate",
+        "g-sensitivity": "force along",
+        "anisoelastic": "force along",
+        "scale-drift": "time",
+        "clock": "time",
+    }
+    bench = sagged.bench("gyroscope")
+    assert bench is not None
+    snapshot, seen = bench_snapshot(sagged, bench), set()
+    for one in snapshot.findings.suspects:
+        if one.candidate is None or one.term not in depends:
+            continue
+        over = views_over(snapshot.views, one.candidate.effect, "gyroscope")
+        drawn = clearest(snapshot.findings, over, one)
+        assert drawn is not None
+        assert depends[one.term] in drawn.x_label, (one.term, drawn.x_label)
+        assert "before" not in drawn.x_label, (one.term, drawn.x_label)
+        moving = depends[one.term] != "force along"
+        assert drawn.part == "rotations" if moving else "at rest" in drawn.part, one.term
+        seen.add(one.term)
+    assert {"cross-product", "g-sensitivity"} <= seen
 
 
 def test_the_rests_of_a_gyroscope_are_not_looked_at_as_an_accelerometer(sagged: Benches) -> None:

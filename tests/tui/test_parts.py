@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from imucal_wizard.core.poses import DIRECTIONS, FACES
 from imucal_wizard.core.quantities import number, unit_sign, value_and_error
-from imucal_wizard.guide.kinds import EventKind
+from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.operator_view import IDENTITY, about, product, times, turn_to
 from imucal_wizard.guide.state import AxisMotion, Event, RotationStatus
 from imucal_wizard.guide.wording import (
@@ -187,6 +187,14 @@ def test_a_rate_in_counts_has_no_unit_of_rate_and_a_found_scale_names_its_source
     assert rate_row(counts) == " rate    −945 count, fastest 6476   scale and range not known"
     scaled = replace(counts, rate=-7.2, fastest=49.4, unit="°/s", scaled_by=4)
     assert "−7 °/s, fastest 49   scale from 4 rotations about x" in rate_row(scaled)
+
+
+@pytest.mark.parametrize("act", [Act.CONNECT, Act.ENDED])
+def test_a_rotation_without_samples_has_no_angle_and_no_rate(act: Act) -> None:
+    rows = rotation_rows(RotationStatus("x", "+z", range_limit=250.0, wanted=6), 80, act)
+    shown = ["".join(text for text, _ in row) for row in rows]
+    assert shown[:2] == [" so far  –", " rate    –"]
+    assert "0 of 6" in shown[2]
 
 
 def test_a_counted_axis_ends_in_whole_numbers() -> None:

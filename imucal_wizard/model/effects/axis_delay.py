@@ -32,7 +32,7 @@ class AxisDelay(Effect):
     A late axis reads ``w_i − τ_i dw_i/dt``. From rest to rest the attitude C turns by
     ``−τ_i ∫ C e_i (dw_i/dt) dt = τ_i ∫ C (w × e_i) w_i dt`` (by parts, w vanishes at both ends),
     so that these products of rates have the same effect without the derivative of a noisy reading.
-    They are cross products with two equal coefficients: exact aliases in rotations from rest to
+    They are two cross products of opposite sign: exact aliases in rotations from rest to
     rest. A delay common to all axes adds up to nothing: each τ_i is after the mean of the three.
     """
 
@@ -54,8 +54,8 @@ class AxisDelay(Effect):
             signature="Rotations about a single sensor axis close. Rotations about a tilted axis, "
             "and rotations that wobble, end in a wrong direction; the error grows with the speed.",
             needs="Fast rotations about tilted axes, from rest to rest. In such data a late axis "
-            "is equivalent to a cross-axis product with two equal coefficients, and a delay that "
-            "all axes share cannot be seen.",
+            "is equivalent to two cross-axis products of equal size and opposite sign, one on each "
+            "other axis, and a delay that all axes share cannot be seen.",
             remedy="Read all axes in one burst and give them the same filter, or shift the "
             "samples of the late axis by the delay before use. The term corrects the attitude "
             "after each motion.",

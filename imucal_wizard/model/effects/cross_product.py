@@ -63,13 +63,15 @@ class CrossProduct(Effect):
             "changes.",
             equation="error on an axis = coefficient × force on one axis × force on another",
             signature="The product of two axes acts on edges and is zero at faces. The fit "
-            "absorbs half of it as a bias, so faces and edges keep opposite errors. The product "
-            "of all three axes appears at corners only, with opposite signs at adjacent corners.",
+            "absorbs about 40 % of that as a bias, so faces and edges keep opposite errors. "
+            "The product of all three axes appears at corners only, with opposite signs at "
+            "adjacent corners.",
             needs="Edges, and all eight corners: without corners the product of all three axes "
-            "cannot be seen. Several coefficients cause the same residual, so only their sum is "
-            "determined.",
-            remedy="Add the term and apply the sum. Do not read single coefficients as properties "
-            "of the sensor: other sets of coefficients give the same readings at 1 g.",
+            "cannot be seen. Several coefficients cause the same error of the magnitude, so the "
+            "poses determine only their sum; a gyroscope's rotations may show how it is split.",
+            remedy="Add the term and apply it. Without a gyroscope, do not read single "
+            "coefficients as properties of the sensor: other sets of coefficients give the same "
+            "magnitude at 1 g, and another direction.",
             confirm="Measure on a centrifuge with the force between +x and +y, then between +x "
             "and −y: the part of the error proportional to x·y changes its sign.",
             source="IEEE Std 1293, model equation of linear accelerometers (cross-coupling "

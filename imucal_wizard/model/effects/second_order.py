@@ -57,7 +57,9 @@ class SecondOrder(AxisEffect):
             "signs at opposite faces and crosses zero about 40° away from each face. The bias "
             "absorbs most of the error, so the fit shows only the rest.",
             needs="Both faces of the axis and poses half way between (edges, corners). At 1 g the "
-            "asymmetry looks almost the same; forces well above 1 g separate the two.",
+            "asymmetry looks almost the same, and cross-axis products of equal size on the two "
+            "other axes cause exactly the same residuals; forces well above 1 g separate them. "
+            "Their directions differ, which a gyroscope's rotations may show.",
             remedy="Add the term and apply it with the calibration; without the term, the fit "
             "counts 60 % of the error as bias. Apply the term above 1 g only if a test there has "
             "confirmed it.",

@@ -60,9 +60,9 @@ class ThermalLag(BiasEffect):
             "At a constant temperature there is no error.",
             needs="The same poses while the device warms and while it cools, with the temperature "
             "recorded. In a single warm-up whose temperature settles exponentially, the lag is "
-            "equivalent to a combination of the temperature coefficient of the bias and a "
-            "warm-up: such data cannot separate them. While the temperature rises at a constant "
-            "rate, it is equivalent to a bias.",
+            "equivalent to a temperature coefficient of the bias, and to a warm-up with the same "
+            "time constant: such data cannot separate them. While the temperature rises at a "
+            "constant rate, it is equivalent to a bias.",
             remedy="Wait until the temperature is constant, in calibration and in use. Or add the "
             "term together with the temperature coefficient, and apply both with the recorded "
             "temperature.",
@@ -83,7 +83,8 @@ class ThermalLag(BiasEffect):
             "cooling. At a constant temperature there is no error.",
             needs="Rests while the device warms and while it cools, with the temperature "
             "recorded. In a single warm-up whose temperature settles exponentially, the lag is "
-            "equivalent to a combination of the temperature coefficient of the bias and a warm-up.",
+            "equivalent to a temperature coefficient of the bias, and to a warm-up with the same "
+            "time constant.",
             remedy="Wait until the temperature is constant, in calibration and in use. Or add the "
             "term together with the temperature coefficient, and apply both with the recorded "
             "temperature.",

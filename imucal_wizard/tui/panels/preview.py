@@ -4,7 +4,7 @@ import math
 from typing import TYPE_CHECKING
 
 from imucal_wizard.core.limits.stillness import MIN_USUAL_RATE
-from imucal_wizard.core.quantities import decimals, fixed, number, unit_sign
+from imucal_wizard.core.quantities import decimals, fixed, number, plural, unit_sign
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.tui.text import Line, Span, known_as, line, wrapped
 
@@ -166,7 +166,8 @@ def _gravity(stream: "StreamStatus", width: int) -> list[Line]:
 def _digits(stream: "StreamStatus", width: int) -> list[Line]:
     if stream.digits is None:
         return []
-    rows = [_pair("printed", f"{stream.digits} decimals" if stream.digits else "whole numbers")]
+    words = plural(stream.digits, "decimal") if stream.digits else "whole numbers"
+    rows = [_pair("printed", words)]
     if stream.few_digits:
         advice = "▲ few decimals hide the noise: print more, for instance Serial.print(x, 5)"
         rows += wrapped(advice, width, "warn", indent="  ")

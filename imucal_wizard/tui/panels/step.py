@@ -16,8 +16,9 @@ from imucal_wizard.guide.state import (
 )
 from imucal_wizard.guide.wording import signed as signed_angle
 from imucal_wizard.run.snapshot import StreamStatus
-from imucal_wizard.tui.text import Line, Span, bar, clean, compact, width_of, wrapped
+from imucal_wizard.tui.text import Line, Span, bar, clean, compact, line, width_of, wrapped
 
+_NO_SAMPLES = (Act.CONNECT, Act.ENDED)
 _BAR_CELLS = 5
 """Cells of a short bar; the limit is at the third cell."""
 _AT_LIMIT = 3
@@ -28,7 +29,7 @@ _LETTERS = {"a": "a", "g": "ω"}
 def reason(status: Status) -> Line:
     """Whether the device is still; if not, which axis moves, by how much, and its limit."""
     label, still = ("STILL?  ", "strong"), status.still
-    if status.act in (Act.CONNECT, Act.ENDED):
+    if status.act in _NO_SAMPLES:
         return label, ("no samples", "quiet")
     if not still.motions:
         return label, ("listening …", "quiet")
@@ -229,9 +230,15 @@ def _start(axis: str, done: Sequence[str], wanted: str | None, start: AxisStart 
     return tuple(spans)
 
 
-def rotation_rows(rotation: RotationStatus, width: int) -> list[Line]:
-    """Angle, rate and range, rotations done, rotations needed: four rows."""
-    return [_angle(rotation, width), _rate(rotation), _done(rotation), _wanted(rotation)]
+def rotation_rows(rotation: RotationStatus, width: int, act: Act = Act.ROTATE) -> list[Line]:
+    """Angle, rate and range, rotations done, rotations needed: four rows.
+
+    Where no samples arrive, angle and rate are not known.
+    """
+    moving = [_angle(rotation, width), _rate(rotation)]
+    if act in _NO_SAMPLES:
+        moving = [line(" so far  –", "quiet"), line(" rate    –", "quiet")]
+    return [*moving, _done(rotation), _wanted(rotation)]
 
 
 def _angle(rotation: RotationStatus, width: int) -> Line:

@@ -304,7 +304,8 @@ class RotationScreen(StepScreen):
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (always four rows)
         """Angle, rate, done and wanted."""
-        return rotation_rows(status.rotation, width) if status.rotation is not None else []
+        rotation = status.rotation
+        return [] if rotation is None else rotation_rows(rotation, width, status.act)
 
 
 class MoreScreen(StepScreen):
@@ -322,7 +323,7 @@ class MoreScreen(StepScreen):
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:
         """The requested poses, or the present rotation."""
         if status.rotation is not None:
-            return rotation_rows(status.rotation, width)
+            return rotation_rows(status.rotation, width, status.act)
         return pose_rows(
             status.done, status.missing, status.wanted, status.recognised, width, height
         )
