@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -102,6 +102,12 @@ class Nameable(dict[str, FloatArray]):
         return self[term]
 
 
+@lru_cache(maxsize=64)
+def _nameable(plan: Plan, colour: Colour, chances: Chances, seed: tuple[int, ...]) -> Nameable:
+    """Many scenarios are tried in the same session."""
+    return Nameable(plan, colour, chances, seed)
+
+
 def chances_of(plan: Plan, colour: Colour) -> Chances:
     """Chance on a session of this plan."""
     misfit = left_over(measured_of(record(plan, colour, (), np.random.default_rng(1))))
@@ -112,7 +118,7 @@ def try_out(
     plan: Plan, colour: Colour, scenario: Scenario, chances: Chances, seed: Seed
 ) -> Trialled:
     """Hide, record, judge, add."""
-    sizes = Nameable(plan, colour, chances, seed)
+    sizes = _nameable(plan, colour, chances, tuple(seed))
     hidden = scenario.draw(np.random.default_rng([*seed, 1]), sizes)
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)
