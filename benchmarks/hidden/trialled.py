@@ -29,7 +29,7 @@ from imucal_wizard.diagnose.suspects import (
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.distributions import quantile
-from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fit import fit, refined_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import ACCELEROMETER
@@ -154,7 +154,9 @@ def _with(measured: AccelerometerExperiment, chosen: Sequence[Candidate]) -> Sen
         if len(terms) > 1:
             return fit(measured, terms)
         variants = terms[0].effect.variants(measured.circumstances)
-        return most_likely_setting(lambda term: fit(measured, [term]), terms[0], variants)
+        return most_likely_setting(
+            lambda term: refined_minimum(measured, [term], None), terms[0], variants
+        )
     except DataError:
         return None
 
