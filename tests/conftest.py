@@ -115,7 +115,7 @@ def few_draws() -> Iterator[None]:
     from imucal_wizard.diagnose import noise_draws, significance
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(noise_draws, "DRAWS", 4)
+        patch.setattr(noise_draws, "DRAWS", 2)
         patch.setattr(noise_draws, "MAX_TRIALS", 1)
         patch.setattr(noise_draws, "SEARCHES", noise_draws.SEARCHES[-1:])
         patch.setattr(significance, "SIMULATIONS", 100)

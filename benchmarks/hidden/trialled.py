@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from imucal_wizard.diagnose.suspects import (
 from imucal_wizard.diagnose.verdict import Opinion, judge_misfit
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
 from imucal_wizard.estimate.distributions import quantile
-from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.fit import fit, refined_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import ACCELEROMETER
@@ -102,6 +102,12 @@ class Nameable(dict[str, FloatArray]):
         return self[term]
 
 
+@lru_cache(maxsize=64)
+def _nameable(plan: Plan, colour: Colour, chances: Chances, seed: tuple[int, ...]) -> Nameable:
+    """Many scenarios are tried in the same session."""
+    return Nameable(plan, colour, chances, seed)
+
+
 def chances_of(plan: Plan, colour: Colour) -> Chances:
     """Chance on a session of this plan."""
     misfit = left_over(measured_of(record(plan, colour, (), np.random.default_rng(1))))
@@ -112,7 +118,7 @@ def try_out(
     plan: Plan, colour: Colour, scenario: Scenario, chances: Chances, seed: Seed
 ) -> Trialled:
     """Hide, record, judge, add."""
-    sizes = Nameable(plan, colour, chances, seed)
+    sizes = _nameable(plan, colour, chances, tuple(seed))
     hidden = scenario.draw(np.random.default_rng([*seed, 1]), sizes)
     noise = scenario.colour(colour)
     rng = np.random.default_rng(seed)
@@ -148,7 +154,9 @@ def _with(measured: AccelerometerExperiment, chosen: Sequence[Candidate]) -> Sen
         if len(terms) > 1:
             return fit(measured, terms)
         variants = terms[0].effect.variants(measured.circumstances)
-        return most_likely_setting(lambda term: fit(measured, [term]), terms[0], variants)
+        return most_likely_setting(
+            lambda term: refined_minimum(measured, [term], None), terms[0], variants
+        )
     except DataError:
         return None
 

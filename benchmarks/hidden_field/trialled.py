@@ -57,12 +57,10 @@ class Quiet:
 
     Attributes:
         sizes: nameable size of each parameter of each effect.
-        detectable: size at which a misfit is seen.
         chances: simulations of noise alone.
     """
 
     sizes: Sizes
-    detectable: Sizes
     chances: Chances
 
 
@@ -75,8 +73,7 @@ def quiet(plan: Plan, seed: int) -> Quiet:
     posterior, chances = hypotheses.posterior(misfit.residual), Chances(hypotheses)
     known = Detectability(misfit, hypotheses, posterior, chances)
     named = {one.term: known.named(one) for one in misfit.candidates}
-    seen = {one.term: known.seen(one) for one in misfit.candidates}
-    return Quiet(named, seen, chances)
+    return Quiet(named, chances)
 
 
 def try_out(plan: Plan, scenario: Scenario, known: Quiet, seed: int) -> Trialled | None:

@@ -36,6 +36,7 @@ from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import (
     VALLEY,
+    Minimum,
     fit,
     refined_minimum,
     report,
@@ -629,12 +630,12 @@ class Bench:
     def _with(self, effect: Effect, variant: float | None, near: float | None) -> SensorFit:
         """The fit with one more effect; a setting that was not given is settled by the data."""
 
-        def with_term(term: Term) -> SensorFit:
-            return fit(self.measured, (*self.fit.terms, term), self.fit.base)
+        def with_term(term: Term) -> Minimum[Experiment]:
+            return refined_minimum(self.measured, (*self.fit.terms, term), self.fit.base)
 
         settings = effect.variants(self.measured.circumstances)
         if variant is not None or settings == (None,):
-            return with_term(Term(effect, variant))
+            return report(with_term(Term(effect, variant)))
         begin = self.likeliest_variant(effect.name) if near is None else near
         if effect.sudden:
             return self._with_terms((Term(effect, begin),))
@@ -648,11 +649,11 @@ class Bench:
         step = next((one for one in added if one.effect.sudden and one.variant is not None), None)
         others = [one for one in added if one is not step]
 
-        def with_step(*at: Term) -> SensorFit:
-            return fit(self.measured, (*self.fit.terms, *others, *at), self.fit.base)
+        def with_step(*at: Term) -> Minimum[Experiment]:
+            return refined_minimum(self.measured, (*self.fit.terms, *others, *at), self.fit.base)
 
         if step is None:
-            return with_step()
+            return report(with_step())
         where, referee = self.measured.circumstances, self.referee and self.referee()
         moments = [one for one in step.effect.variants(where) if one is not None]
         turning = any(one.moving for one in self.measured.sources)
@@ -670,7 +671,9 @@ class Bench:
             )
         times = distinct(where.time).tolist() if turning else ()
         begun = replace(step, variant=begin)
-        return most_likely_moment(with_step, begun, moments, times, unlikely)
+        return most_likely_moment(
+            with_step, begun, moments, times, None if referee is None else unlikely
+        )
 
     def _unlikely(self, added: Sequence[Term]) -> float:
         """See ``unlikeliness``, with more effects by one step from the present fit."""

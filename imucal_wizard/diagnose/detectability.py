@@ -83,6 +83,7 @@ class Detectability:
     ) -> None:
         self._misfit, self._hypotheses, self._chances = misfit, hypotheses, chances
         self._posterior, self._noise = posterior, posterior.noise
+        self._known: dict[Candidate, list[EffectInDraws | None]] = {}
 
     def p(self, term: str, odds: float) -> float:
         """Chance that noise alone makes any suspect look as good as this one with its log odds."""
@@ -182,12 +183,15 @@ class Detectability:
         first: float,
     ) -> FloatArray:
         """Size of each parameter alone at which a rule is met in a share of recordings, (p,)."""
-        patterns, shown = self._shown(candidate)
-        sizes = np.full(len(shown), np.inf)
-        for k in np.flatnonzero(shown):
-            effect = EffectInDraws(self._draws, patterns[:, k], candidate.family)
-            sizes[k] = effect.size_meeting(margin, share, first)
-        return sizes
+        if candidate not in self._known:  # the same for both sizes
+            patterns, shown = self._shown(candidate)
+            self._known[candidate] = [
+                EffectInDraws(self._draws, pattern, candidate.family) if one else None
+                for pattern, one in zip(patterns.T, shown, strict=True)
+            ]
+        effects = self._known[candidate]
+        sizes = [np.inf if e is None else e.size_meeting(margin, share, first) for e in effects]
+        return np.array(sizes)
 
     def _shown(self, candidate: Candidate) -> tuple[FloatArray, NDArray[np.bool_]]:
         """What each parameter shows at a size of one, (m, p), and which show anything, (p,)."""

@@ -13,7 +13,7 @@ import numpy as np
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum
+from imucal_wizard.estimate.fit import Minimum, report
 from imucal_wizard.estimate.result import Parameter, SensorFit
 from imucal_wizard.model.terms import Term
 
@@ -26,7 +26,8 @@ narrowed to a factor of 1.04."""
 ASIDE = 0.08
 """How far to either side the fall of the likelihood is measured, in the logarithm."""
 
-Fit = Callable[[Term], SensorFit]
+Fit = Callable[[Term], Minimum[Experiment]]
+"""The minimum with a term. All figures of a fit take as long as the fit: only the best has them."""
 
 
 def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) -> SensorFit:
@@ -45,12 +46,12 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     """
     grid = _grid(term, variants)
     if not grid:
-        return fit(term)
+        return report(fit(term))
     tried = _Tried(lambda at: fit(replace(term, variant=float(np.exp(at)))))
     settle(tried.unlikely, grid, float(np.log(term.variant or 1.0)))
-    best, found = tried.best
-    spread = _spread(tried.unlikely, best)
-    return _with_doubt(found, tried.fits[best + ASIDE], ASIDE / spread) if spread else found
+    best = tried.best
+    spread, found = _spread(tried.unlikely, best), tried.reported(best)
+    return _with_doubt(found, tried.reported(best + ASIDE), ASIDE / spread) if spread else found
 
 
 def most_likely_moment(
@@ -73,10 +74,10 @@ def most_likely_moment(
     tried = _Tried(lambda at: fit(replace(term, variant=at)), reference)
     _enclosed(tried.unlikely, moments, [*moments].index(term.variant or moments[0]))
     if len(turning):
-        after = int(np.clip(np.searchsorted(turning, tried.best[0]), 1, len(turning) - 1))
+        after = int(np.clip(np.searchsorted(turning, tried.best), 1, len(turning) - 1))
         # the golden section comes back to places, up to rounding
         _narrow(lambda at: tried.unlikely(round(at, 3)), turning[after - 1], turning[after], 0.0)
-    return tried.best[1]
+    return tried.reported(tried.best)
 
 
 class _Tried:
@@ -85,47 +86,49 @@ class _Tried:
     Args:
         fit: with a setting.
         reference: see ``most_likely_moment``.
-
-    Attributes:
-        fits: those that converge, by setting.
     """
 
     def __init__(
         self,
-        fit: Callable[[float], SensorFit],
+        fit: Callable[[float], Minimum[Experiment]],
         reference: Callable[[SensorFit], float] | None = None,
     ) -> None:
         self._fit, self._reference = fit, reference
         self._unlikely: dict[float, float] = {}
         self._problem: DataError | None = None
-        self.fits: dict[float, SensorFit] = {}
+        self._found: dict[float, Minimum[Experiment]] = {}
+        self._reported: dict[float, SensorFit] = {}
 
     def unlikely(self, at: float) -> float:
         """See ``unlikeliness``; infinite where the fit does not converge."""
         if at not in self._unlikely:
             self._unlikely[at] = np.inf
             try:
-                self.fits[at] = self._fit(at)
+                self._found[at] = self._fit(at)
             except DataError as error:
                 self._problem = error
             else:
-                found = self.fits[at].minimum
-                assert found is not None  # noqa: S101 (narrows the type)
-                self._unlikely[at] = unlikeliness(found)
+                self._unlikely[at] = unlikeliness(self._found[at])
                 if self._reference is not None:
-                    self._unlikely[at] += self._reference(self.fits[at])
+                    self._unlikely[at] += self._reference(self.reported(at))
         return self._unlikely[at]
 
     @property
-    def best(self) -> tuple[float, SensorFit]:
-        """The likeliest setting and its fit.
+    def best(self) -> float:
+        """The likeliest setting.
 
         Raises:
             DataError: no fit converges.
         """
-        if not self.fits and self._problem is not None:
+        if not self._found and self._problem is not None:
             raise self._problem
-        return min(self.fits.items(), key=lambda one: self._unlikely[one[0]])
+        return min(self._found, key=lambda at: self._unlikely[at])
+
+    def reported(self, at: float) -> SensorFit:
+        """The fit with a setting that was tried, with all its figures."""
+        if at not in self._reported:
+            self._reported[at] = report(self._found[at])
+        return self._reported[at]
 
 
 def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:

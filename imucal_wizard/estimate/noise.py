@@ -111,7 +111,7 @@ def _share_of_axes(holds: Sequence[Hold], level: FloatArray) -> FloatArray:
     """
     if not holds:
         return np.ones(3)
-    means = np.array([np.diag(hold.accelerometer_covariance) for hold in holds])
+    means = np.array([hold.accelerometer_covariance.diagonal() for hold in holds])
     singles = _samples_alone(holds)
     # each hold counts alike, however noisy it is
     mean, single = (np.mean(one / level[:, None], axis=0) for one in (means, singles))
@@ -423,7 +423,7 @@ def rest_of(
     if (density > 0.0).all():
         # of each axis over the common noise: by its mean and by single samples
         unknown = np.full(3, np.nan)
-        each = [None if (c := one.gyroscope_covariance) is None else np.diag(c) for one in holds]
+        each = [None if (c := one.gyroscope_covariance) is None else c.diagonal() for one in holds]
         single = [one.gyroscope_scatter for one in holds]
         batches, samples = (
             np.array([unknown if v is None else v for v in values]) * seconds[:, None] / density

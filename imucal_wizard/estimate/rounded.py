@@ -105,7 +105,7 @@ def noise_of_coarse_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray
     known = _rates(holds)
     if not known:
         return np.full((len(holds), 3), np.nan)
-    single = np.mean([np.diag(covariance) * samples for covariance, samples in known], axis=0)
+    single = np.mean([covariance.diagonal() * samples for covariance, samples in known], axis=0)
     shift = rate_place(holds, step)
     count = np.array([hold.samples for hold in holds])[:, None]
     out = single / count + FEW_SAMPLES * (step / count) ** 2 + shift
@@ -182,7 +182,7 @@ def _single_samples(averages: Sequence[tuple[FloatArray, int]]) -> FloatArray:
     Each axis is between other steps in each hold, so their mean variance gives the noise; the
     liveliest tenth may have been disturbed. Infinite without any average.
     """
-    single = [np.diag(covariance) * samples for covariance, samples in averages]
+    single = [covariance.diagonal() * samples for covariance, samples in averages]
     finite = np.sort([variance for variance in single if np.isfinite(variance).all()], axis=0)
     if not len(finite):
         return np.full(3, np.inf)

@@ -15,6 +15,7 @@ extrapolated: where the holds show one, only the flicker noise beside it counts.
 
 import math
 from collections.abc import Sequence
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -104,20 +105,10 @@ class RestPieces:
                 for all.
             of_strength: whether they are errors of the field's strength and not of the bias.
         """
-        edges = np.append(np.flatnonzero(np.diff(self.rest, prepend=self.rest[0] - 1)), len(self))
-        turned, white, slow = [], [], []
-        for first, last in pairwise(edges):
-            across, values = complement(np.ones((last - first, 1))), np.zeros(last - first - 1)
-            if kernel is not None:
-                inside = kernel(self.spans[first:last] - self.spans[first, 0])
-                values, vectors = np.linalg.eigh(across.T @ inside @ across)
-                across = across @ vectors
-            moved = 1.0 if of_strength else float(np.mean(self.lever[first:last] ** 2))
-            turned.append((across.T @ self.means[first:last]) ** 2)
-            white.append(np.tile(self.white[first:last].mean(axis=0), (len(values), 1)))
-            slow.append(moved * np.maximum(values, 0.0))
-        square, own = np.concatenate(turned), np.concatenate(white)
-        beyond = squares.T[:, None] * np.concatenate(slow)[:, None]
+        square, values = self._turned(kernel)
+        own, lever = self._own
+        slow = values if of_strength else lever * values
+        beyond = squares.T[:, None] * slow[:, None]
         of_each = []
         for level in self.levels:
             variance = level * own + beyond
@@ -126,8 +117,54 @@ class RestPieces:
         likely = np.logaddexp.reduce(of_each, axis=0) - math.log(len(self.levels))
         return np.asarray(likely.sum(axis=1))
 
+    @cached_property
+    def _edges(self) -> list[tuple[int, int]]:
+        """First and past the last piece of each rest."""
+        first = np.flatnonzero(np.diff(self.rest, prepend=self.rest[0] - 1)).tolist()
+        return list(pairwise([*first, len(self)]))
+
+    @cached_property
+    def _own(self) -> tuple[FloatArray, FloatArray]:
+        """Of each combination in a rest: variance by white noise, (c, a), mean square lever, (c,).
+
+        Within a rest they are those of its pieces on average.
+        """
+        white = [self.white[first:last].mean(axis=0) for first, last in self._edges]
+        lever = [np.mean(self.lever[first:last] ** 2) for first, last in self._edges]
+        counts = [last - first - 1 for first, last in self._edges]
+        return np.repeat(white, counts, axis=0), np.repeat(lever, counts)
+
+    @cached_property
+    def _known(self) -> dict[Kernel | None, tuple[FloatArray, FloatArray]]:
+        return {}
+
+    def _turned(self, kernel: Kernel | None) -> tuple[FloatArray, FloatArray]:
+        """Independent combinations of the pieces in each rest that its mean does not move.
+
+        Returns:
+            Their squares, shape (c, a), and their variances by slow errors of size one, shape (c,).
+        """
+        if kernel not in self._known:
+            squares, variances = [], []
+            for first, last in self._edges:
+                across, values = _across(last - first), np.zeros(last - first - 1)
+                if kernel is not None:
+                    inside = kernel(self.spans[first:last] - self.spans[first, 0])
+                    values, vectors = np.linalg.eigh(across.T @ inside @ across)
+                    across = across @ vectors
+                squares.append((across.T @ self.means[first:last]) ** 2)
+                variances.append(np.maximum(values, 0.0))
+            self._known[kernel] = np.concatenate(squares), np.concatenate(variances)
+        return self._known[kernel]
+
     def __len__(self) -> int:
         return len(self.rest)
+
+
+@lru_cache
+def _across(count: int) -> FloatArray:
+    """Combinations of so many pieces that their mean does not move, shape (count, count − 1)."""
+    return complement(np.ones((count, 1)))
 
 
 def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> RestPieces | None:

@@ -207,7 +207,7 @@ def inverted(normal: FloatArray) -> FloatArray:
     scale = _scale(normal)
     outer = scale[:, None] * scale
     lower = _cholesky(normal / outer)
-    if lower is None or np.diag(lower).min() ** 2 < MIN_SHOWN_SHARE:
+    if lower is None or lower.diagonal().min() ** 2 < MIN_SHOWN_SHARE:
         return np.asarray(
             np.linalg.pinv(normal / outer, rcond=MIN_SHOWN_SHARE, hermitian=True) / outer
         )
@@ -224,7 +224,7 @@ def determined(normal: FloatArray) -> bool:
 
 
 def _scale(normal: FloatArray) -> FloatArray:
-    scale = np.sqrt(np.maximum(np.diag(normal), 0.0))
+    scale = np.sqrt(np.maximum(normal.diagonal(), 0.0))
     return np.where(scale > 0.0, scale, 1.0)
 
 

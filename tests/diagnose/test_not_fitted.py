@@ -9,7 +9,8 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.profile_likelihood import most_likely_setting
 from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.experiment import Experiment
+from imucal_wizard.estimate.fit import Minimum, refined_minimum
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effects.second_order import SecondOrder
 from imucal_wizard.model.effects.warm_up import WarmUp
@@ -79,10 +80,10 @@ def test_a_setting_that_does_not_converge_is_no_candidate(bench: Bench) -> None:
     settings = known.variants(bench.measured.circumstances)
 
     def fit_below(most: float) -> SensorFit:
-        def fit_of(term: Term) -> SensorFit:
+        def fit_of(term: Term) -> Minimum[Experiment]:
             if term.variant is None or term.variant > most:
                 raise DataError("the fit does not converge")
-            return fit(bench.measured, [term])
+            return refined_minimum(bench.measured, [term], None)
 
         return most_likely_setting(fit_of, Term(known, settings[0]), settings)
 

@@ -80,11 +80,11 @@ def test_few_repeats_do_not_excuse_rows_in_motion() -> None:
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("poses", [18, 38, 54])
+@pytest.mark.parametrize("poses", [18, 54])
 def test_the_noise_within_holds_has_at_least_the_freedom_that_is_said(poses: int) -> None:
     """By the scatter of what is found of white noise, from one session to another."""
-    rng, design, count = np.random.default_rng(poses), np.tile(DESIGNS["18"], (3, 1)), 400
-    design = DESIGNS["26 + 12"] if poses == 38 else design[:poses]
+    rng, count = np.random.default_rng(poses), 400
+    design = np.tile(DESIGNS["18"], (poses // 18, 1))
     found = []
     for _ in range(count):
         made = session(design, Noise(), rng)

@@ -49,6 +49,7 @@ class Terminal:
         self.dead = False
         """The keyboard is dead: what is typed or answered does not reach the program."""
         self._stream = pyte.ByteStream(self.screen)
+        self._text = ""
         self._undrawn = b""
         self._begun = 0.0
         self._status: int | None = None
@@ -68,7 +69,10 @@ class Terminal:
     @property
     def text(self) -> str:
         """The screen as it stands, a line per row."""
-        return "\n".join(line.rstrip() for line in self.screen.display)
+        if self.screen.dirty:  # lines drawn since then; to put them together takes 2 ms
+            self._text = "\n".join(line.rstrip() for line in self.screen.display)
+            self.screen.dirty.clear()
+        return self._text
 
     @property
     def settings(self) -> list[Any]:
