@@ -229,9 +229,9 @@ def _noise_at_rest(pieces: Pieces, values: FloatArray, still: BoolArray) -> Floa
     """Variance of single readings of each axis in the groups in which it is still, shape (3,).
 
     A hand moves a coarse axis by less than a step while its readings still change: that is no noise
-    that would carry them from one step to the next.
+    that would carry them from one step to the next. Infinite where no group is still.
     """
-    out = np.zeros(3)
+    out = np.full(3, np.inf)
     for axis in np.flatnonzero(still.any(axis=0)):
         variance, freedom = pieces.noise(values[:, axis])
         weight = freedom * still[:, axis]
