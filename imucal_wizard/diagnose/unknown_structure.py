@@ -168,7 +168,7 @@ the rows by less than their noise."""
 
 def _compact(patterns: FloatArray) -> FloatArray:
     """As few patterns with the same covariance: every one costs as much as an explanation."""
-    if patterns.shape[1] <= MAX_PATTERNS:
+    if patterns.shape[1] <= MAX_PATTERNS or not patterns.any():
         return patterns
     left, values, _ = np.linalg.svd(patterns, full_matrices=False)
     shown = values > MIN_PART * values.max(initial=0.0)
