@@ -1,6 +1,6 @@
 """Names given to what they do not describe: ``python -m benchmarks.wrong_names``.
 
-Eighteen kinds of structure, of which some are no effect of the catalogue, some are effects that
+Twenty-one kinds of structure, of which some are no effect of the catalogue, some are effects that
 others imitate, and some are exact aliases of others at 1 g. Accelerometers are those of
 ``benchmarks.hidden``, gyroscopes those of ``benchmarks.gyroscope_bound``; neither shares a formula
 with the program. Devices differ: 0.1 to 10 times the usual noise, 12 to 20 bits, 25 to 1,600
@@ -132,6 +132,27 @@ class FasterClock(WrongRate):
 
 
 @dataclass(frozen=True)
+class OtherAxes(WrongRate):
+    """Axes that change: once, or evenly over a stretch of the session.
+
+    Attributes:
+        change: what each axis then feels more of the rate about each other one, shape (3, 3).
+        begin: of the change, s.
+        lasts: how long it takes, s; 0 for at once.
+    """
+
+    change: FloatArray
+    begin: float
+    lasts: float
+
+    def error(self, time: FloatArray, rate: FloatArray, up: FloatArray) -> FloatArray:
+        """The part of the change that has happened."""
+        del up
+        share = np.clip((time - self.begin) / max(self.lasts, 1e-6), 0.0, 1.0)
+        return np.asarray(share[:, None] * (rate @ self.change.T))
+
+
+@dataclass(frozen=True)
 class Kind:
     """One row of the table.
 
@@ -181,6 +202,28 @@ def _jumping(
     return Jumping(int(rng.integers(3)), float(level), float(size * rng.choice((-1.0, 1.0))))
 
 
+def _tilting(
+    rng: np.random.Generator,
+    times: float,
+    rest: float,
+    closure: float,
+    seconds: float,
+    *,
+    lasts: float = 0.0,
+    whole: bool = False,
+) -> WrongRate:
+    del rest
+    # of a tilt by 1 rad, rotations by 110° about one axis of three show so much, half of it late
+    size = times * closure / (0.5 * np.radians(110.0) / np.sqrt(3.0))
+    change = np.zeros((3, 3))
+    axis, other = rng.choice(3, 2, replace=False)
+    change[axis, other] = rng.choice((-1.0, 1.0))
+    if whole:
+        change = rng.standard_normal((3, 3)) / np.sqrt(6.0)
+    begin = rng.uniform(0.25, 0.75) * seconds if not lasts else 0.0
+    return OtherAxes(size * change, float(begin), lasts * seconds)
+
+
 SLOW_BIAS = ("bias-temperature", "warm-up", "bias-drift")
 KINDS: dict[str, Kind] = {
     "scale that steps": Kind(("scale-step",), strangers.ScaleStep),
@@ -199,6 +242,9 @@ KINDS: dict[str, Kind] = {
     "bias that swings": Kind((), strangers.Swing),
     "anisoelastic gyroscope": Kind(("anisoelastic",), turned=_products),
     "gyroscope jumps over its rate": Kind((), turned=_jumping),
+    "gyroscope axis that tilts once": Kind((), turned=_tilting),
+    "gyroscope axis that tilts slowly": Kind((), turned=partial(_tilting, lasts=1.0)),
+    "gyroscope whose axes change once": Kind((), turned=partial(_tilting, whole=True)),
     "long wave": Kind((), partial(strangers.AnyRipple, omega=(3.5, 5.0))),
     "field of degree 5": Kind((), strangers.Field),
 }

@@ -360,6 +360,8 @@ class Bench:
 
         The slopes of the present fit are those of a model without the effects. An effect many times
         larger than the noise leaves its square there, which would be given a name of its own.
+        Where that is not what has happened, the data are less likely there: what has no name,
+        likelier here, is no longer linear at the place of another explanation.
         """
         tried: list[Terms] = []
         while misfit.lack_of_fit().ratio > MAX_LINEAR and len(tried) < MAX_REFITS:
@@ -377,10 +379,13 @@ class Bench:
                 )
             except DataError:
                 break
-            misfit = whitened_rows(there, residual_table(there), shown, names)
+            moved = whitened_rows(there, residual_table(there), shown, names)
             # squares that the linear model neglects look like noise: they only add to it
             wander = hypotheses.frame.largest_wander(posterior.noise)
-            hypotheses, posterior = explained(misfit, wander)
+            judged = explained(moved, wander)
+            if judged[1].log_evidence < posterior.log_evidence:
+                break
+            misfit, (hypotheses, posterior) = moved, judged
         return misfit, hypotheses, posterior
 
     def with_curves(self, found: BenchFindings) -> BenchFindings:

@@ -69,6 +69,7 @@ class Posterior:
         sigma_paired: the same under each pair, shape (p,).
         noise: probability of each wander and σ over all explanations, shape (wanders, sigmas).
         wander: expected wander of the noise, over all explanations.
+        log_evidence: logarithm of the marginal likelihood of all explanations together.
     """
 
     evidence: FloatArray
@@ -78,6 +79,7 @@ class Posterior:
     sigma_paired: FloatArray
     noise: FloatArray
     wander: float
+    log_evidence: float
 
     @property
     def expected_noise(self) -> float:
@@ -146,6 +148,7 @@ class HypothesisSet:
             sigma[count:],
             noise,
             float(noise.sum(axis=1) @ np.array(self.frame.wanders)),
+            float(highest + beyond + np.log(total)),
         )
 
     def likeliest_effects(self, posterior: Posterior) -> list[tuple[str, float | None]]:

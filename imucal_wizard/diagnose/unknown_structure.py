@@ -3,7 +3,7 @@
 An error smooth over the sphere of directions, or a characteristic of one axis over what it feels:
 in any smooth shape, as a wave, or as a jump. Smooth ones are Gaussian processes written with their
 values at a few nodes (Nyström's method). The input of a gyroscope is a rate, which rotations show;
-its rests show how it depends on the force. The axes of an accelerometer may also change while it is
+its rests show how it depends on the force. The axes of a sensor may also change while it is
 calibrated, once or in a smooth course.
 """
 
@@ -51,6 +51,8 @@ JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
 JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
 """Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
+MAX_PATTERNS = 9
+"""Patterns of an explanation up to which fewer are not looked for: the entries of a matrix."""
 _LEVELS = np.linspace(-1.0, 1.0, 13)
 _NODES = np.array(list(DIRECTIONS.values()))
 _HALF = _NODES[[i for i, v in enumerate(_NODES) if tuple(v) > (0.0, 0.0, 0.0)]]
@@ -155,41 +157,64 @@ def _by_rate(misfit: WhitenedResiduals, frame: Frame) -> list[Characteristic]:
 def _unknown(
     where: str, prior: float, patterns: FloatArray, sizes: tuple[float, ...] = SIZES
 ) -> Hypothesis:
-    known = (), (UNKNOWN,), None, where, float(np.log(prior)), patterns, sizes
+    known = (), (UNKNOWN,), None, where, float(np.log(prior)), _compact(patterns), sizes
     return Hypothesis(UNKNOWN, *known)
+
+
+MIN_PART = 1e-3
+"""Of a pattern against the largest one of an explanation, which at the largest of ``SIZES`` moves
+the rows by less than their noise."""
+
+
+def _compact(patterns: FloatArray) -> FloatArray:
+    """As few patterns with the same covariance: every one costs as much as an explanation."""
+    if patterns.shape[1] <= MAX_PATTERNS or not patterns.any():
+        return patterns
+    left, values, _ = np.linalg.svd(patterns, full_matrices=False)
+    shown = values > MIN_PART * values.max(initial=0.0)
+    return np.asarray(left[:, shown] * values[shown])
 
 
 AXES_CHANGE_PRIOR = 0.03
 """As likely before any data as the effects of the catalogue that change a scale with the time."""
 CHANGE_LENGTHS = (0.4, 1.0)
-"""Halves of a session over which axes change that do so smoothly."""
+"""Halves of a session over which axes change that do so smoothly; their courses are one kernel."""
 
 
 def axes_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
-    """Axes that tilt towards one another: two of them, or all, whose scales then change too."""
-    holds = misfit.kind == RowKind.HOLD
-    time = misfit.time - misfit.time.min(where=holds, initial=np.inf)
-    if time.max(where=holds, initial=0.0) <= 0.0:
+    """Axes that tilt towards one another: one of them, or all, whose scales then change too.
+
+    A matrix that changes moves each row by what the same change does at its time. What the field of
+    a room does to a magnetometer meanwhile is larger, see ``field_changes``.
+    """
+    turned = misfit.minimum.experiment.sensor in FELT_IN_MOTION
+    seen = misfit.kind == (RowKind.ROTATION if turned else RowKind.HOLD)
+    time = misfit.time - misfit.time.min(where=seen, initial=np.inf)
+    length = float(time.max(where=seen, initial=0.0))
+    if length <= 0.0:
         return []
+    # a magnitude does not tell which of two axes tilts
+    places = [(i, j) for i in range(3) for j in range(0 if turned else i, 3)]
+    entries = np.concatenate([rows.base_columns()[:, :9] for rows in misfit.table.at])
+    # at a size of one, an input as large as the largest is wrong by the usual noise
+    size = median(misfit.sigma[seen]) / float(np.abs(entries[seen]).max())
+    entries = size * np.where(seen[:, None], entries, 0.0)
+    tilts, whole = [[3 * i + j] for i, j in places if i != j], [3 * i + j for i, j in places]
     middles = step_moments(misfit.minimum.experiment.circumstances)
-    late = [
-        (misfit.time >= moment)[:, None].astype(float) for moment in middles if moment is not None
-    ]
-    place = 2.0 * time / time.max(where=holds, initial=0.0) - 1.0
-    smooth = [_smooth(place[:, None], length) for length in CHANGE_LENGTHS]
-    up, errors = misfit.direction, usual_errors(misfit, frame)
-    products = {
-        (i, j): np.where(holds, up[:, i] * up[:, j], 0.0)
-        for i, j in itertools.combinations_with_replacement(range(3), 2)
-    }
-    ways = [[(i, j)] for i, j in products if i != j] + [[*products]]
-    made = []
-    for courses in (late, smooth):
-        prior = 0.5 * AXES_CHANGE_PRIOR / len(ways) / max(len(courses), 1)
-        for course, entries in itertools.product(courses, ways):
-            changed = [course * products[entry][:, None] for entry in entries]
-            made.append(_unknown("", prior, errors @ np.concatenate(changed, axis=1)))
-    return made
+    late = [(misfit.time >= one)[:, None] for one in middles if one is not None]
+    nodes = (2.0 * time / length - 1.0)[:, None]
+    smooth = [_smooth(nodes, one) / np.sqrt(len(CHANGE_LENGTHS)) for one in CHANGE_LENGTHS]
+    # nine entries at every moment would cost more than all other structure of a gyroscope
+    once = tilts if turned else [*tilts, whole]
+    columns, priors = [], []
+    for courses, ways in ((late, once), ([np.hstack(smooth)], [*tilts, whole])):
+        for course, way in itertools.product(courses, ways):
+            columns.append(np.hstack([course * entries[:, [entry]] for entry in way]))
+            priors.append(0.5 * AXES_CHANGE_PRIOR / len(ways) / len(courses))
+    # one product of all columns is much faster than one for each
+    patterns = frame.across.T @ misfit.whitened(np.hstack(columns))
+    each = np.split(patterns, np.cumsum([one.shape[1] for one in columns])[:-1], axis=1)
+    return [_unknown("", prior, own) for prior, own in zip(priors, each, strict=True)]
 
 
 FIELD_CHANGE_PRIOR = 0.06

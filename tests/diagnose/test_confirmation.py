@@ -176,6 +176,17 @@ def test_axes_that_change_are_no_step_of_the_bias_and_no_disturbed_hold(number: 
     assert found.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
 
 
+@pytest.mark.parametrize(
+    ("name", "number"),
+    [("gyroscope axis that tilts slowly", 7), ("gyroscope whose axes change once", 3)],
+)
+def test_axes_of_a_gyroscope_that_change_are_no_disturbed_rotation(name: str, number: int) -> None:
+    """Nor a scale that steps: where no explanation had room for the axes, the rest was one."""
+    found = answered(name, 24103, number)
+    assert not found.names
+    assert found.verdict is Verdict.UNEXPLAINED
+
+
 def test_what_fits_and_does_not_predict_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """The step leaves a thousandth of the squares fitted and two fifths of those held out."""
     monkeypatch.setattr(posterior, "axes_changes", lambda *_: [])

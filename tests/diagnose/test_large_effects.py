@@ -10,11 +10,12 @@ from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import record
 from benchmarks.injected import injected
+from benchmarks.wrong_names import answered
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.hypotheses import PAIR, UNKNOWN
 from imucal_wizard.diagnose.posterior import explained
 from imucal_wizard.diagnose.survey import add_by_itself
-from imucal_wizard.diagnose.verdict import judge_misfit
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
 from imucal_wizard.simulate.hidden import parse_hidden
 from tests.diagnose.sessions import session
 from tests.shared_data import shared_data
@@ -36,6 +37,16 @@ def test_an_effect_far_above_its_usual_size_is_added_under_its_name(hidden: str,
     bench = Bench("accelerometer", measured_of(recorded))
     add_by_itself(bench)
     assert [term.name for term in bench.fit.terms] == [hidden.partition(":")[0]]
+
+
+@pytest.mark.parametrize(("seed", "number"), [(23802, 38)])
+def test_structure_far_above_the_noise_keeps_its_place_beside_a_less_likely_effect(
+    seed: int, number: int
+) -> None:
+    """At the place of a step of the bias, the rows of an axis that tilts are no longer linear."""
+    answer = answered("axis that tilts once", seed, number)
+    assert answer.names == ()
+    assert answer.verdict is Verdict.UNEXPLAINED
 
 
 def test_two_effects_of_which_one_has_many_parameters_are_named_together() -> None:

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden_field.recording import Colour, record
+import benchmarks.hidden_field.recording
+from benchmarks.hidden_field.recording import CONSUMER, Colour, record
 from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
 from benchmarks.hidden_field.strangers import Waves
 from imucal_wizard.core.errors import DataError, UsageError
@@ -40,6 +41,17 @@ def field_bench(benches: Benches, *, anew: bool = True) -> Bench:
     bench = (Benches(benches.report, benches.readings) if anew else benches).bench("magnetometer")
     assert bench is not None
     return bench
+
+
+@pytest.mark.parametrize(("plan", "seed"), [(STANDARD, 24101), (REPEATED, 24103)])
+def test_steps_of_five_times_the_noise_are_no_misfit(
+    plan: Plan, seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What rounding does to a rest counts beside turns in one mean with it, and for the dip."""
+    monkeypatch.setattr(benchmarks.hidden_field.recording, "FIELD_STEP", 2.0)
+    measured = record(session_of(plan, seed), CONSUMER, (), np.random.default_rng(seed))
+    findings = Bench("magnetometer", measured).look()
+    assert findings.opinion.verdict is Verdict.COMPLETE
 
 
 def test_the_angle_between_the_chips_is_in_the_model_and_no_suspect() -> None:

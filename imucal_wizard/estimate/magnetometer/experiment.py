@@ -178,7 +178,8 @@ class MagnetometerExperiment(Experiment):
             reference_time=data.samples.reference_time,
         )
         up = reference.up[poses.hold]
-        own = data.noise_of_sample / poses.samples + data.field**2 * reference.variance[poses.hold]
+        own = data.noise_of_sample / poses.samples + data.shift
+        own = own + data.field**2 * reference.variance[poses.hold]
         return Dip(
             hold=poses.hold,
             reading=poses.reading,

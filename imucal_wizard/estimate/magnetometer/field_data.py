@@ -47,6 +47,9 @@ MIN_ROUNDING_SHARE = 0.01
 """Variance by rounding over that of a group by noise, below which rounding is no matter."""
 PLACE_STEPS = 0.5
 """Steps by which a calibration through rounded rests may be wrong in one direction."""
+TURNING_WEIGHT = 1e-6
+"""Of the directions passed in a turn, against that of a rest beside them: where a group has none,
+its mean direction stands for it."""
 PASSING_SECONDS = 15.0
 """A disturbance that lasts longer is the room or the sensor: it is fitted and judged."""
 
@@ -67,6 +70,7 @@ class FieldData:
         noise: variance of each group's mean magnitude by noise alone, shape (k,).
         rounding: the part of it that groups share: by how much each of r errors of size one, by
             rounding, moves them, shape (k, r).
+        shift: variance of each component of the mean field of a rest by rounding.
         poses: number of the direction that each group repeats, shape (k,).
         visits: number of the visit to that direction, shape (k,).
         circumstances: of the groups.
@@ -86,6 +90,7 @@ class FieldData:
     samples: Circumstances
     noise: FloatArray
     rounding: FloatArray
+    shift: float
     poses: IntArray
     visits: IntArray
     circumstances: Circumstances
@@ -109,8 +114,8 @@ class FieldData:
 
     @property
     def noise_of_sample(self) -> float:
-        """Variance of one sample's magnitude by noise alone."""
-        return median(self.noise * self.pieces.samples)
+        """Variance of one sample's magnitude by noise that averages out."""
+        return median((self.noise - (self.rounding**2).sum(axis=1)) * self.pieces.samples)
 
     @property
     def group_of(self) -> IntArray:
@@ -166,11 +171,10 @@ def field_data(
     # the samples of a rest share what rounding does; in motion readings pass many steps, and it
     # averages out
     step = _steps(values, reading)
-    still = reading < step**2
-    before = variance_before_rounding(
-        (reading * still).sum(axis=0) / np.maximum(still.sum(axis=0), 1), step
-    )
-    shift = still * rounding_variance(before, step)
+    before = variance_before_rounding(_noise_at_rest(pieces, values, reading < step**2), step)
+    shift = rounding_variance(before, step)
+    near = np.abs(pieces.reading - pieces.spread(pieces.medians(pieces.reading))) < 0.5 * step
+    inward = inward * pieces.mean(near.astype(float))
     rounded = (inward**2 * shift).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
@@ -183,7 +187,9 @@ def field_data(
     own = np.maximum(pieces.mean(noise) / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2)
     rounding = np.zeros((len(own), 0))
     if (rounded > MIN_ROUNDING_SHARE * own).any():
-        rounding = _shared_rounding(seen, (matrix, bias), magnitude, inward * still, before, step)
+        resting = np.moveaxis(unit_vectors(magnetic) * (near.T[:, :, None] + TURNING_WEIGHT), 0, 1)
+        places = np.moveaxis(unit_vectors(pieces.mean(resting)), 1, 0)
+        rounding = _shared_rounding(places, (matrix, bias), magnitude, inward, before, step)
     return FieldData(
         unit=unit,
         error_unit=error_unit,
@@ -195,6 +201,7 @@ def field_data(
         samples=samples,
         noise=own + rounded,
         rounding=rounding,
+        shift=float(gain**2 * shift.mean()),
         poses=poses,
         visits=visits_of(pieces, poses),
         circumstances=within(samples, pieces),
@@ -218,8 +225,22 @@ def _steps(values: FloatArray, scatter: FloatArray) -> FloatArray:
     return np.where(whole | change, step, 0.0)
 
 
+def _noise_at_rest(pieces: Pieces, values: FloatArray, still: BoolArray) -> FloatArray:
+    """Variance of single readings of each axis in the groups in which it is still, shape (3,).
+
+    A hand moves a coarse axis by less than a step while its readings still change: that is no noise
+    that would carry them from one step to the next. Infinite where no group is still.
+    """
+    out = np.full(3, np.inf)
+    for axis in np.flatnonzero(still.any(axis=0)):
+        variance, freedom = pieces.noise(values[:, axis])
+        weight = freedom * still[:, axis]
+        out[axis] = weight @ variance / max(float(weight.sum()), 1.0)
+    return out
+
+
 def _shared_rounding(
-    seen: FloatArray,
+    places: FloatArray,
     calibration: tuple[FloatArray, FloatArray],
     magnitude: float,
     inward: FloatArray,
@@ -232,32 +253,33 @@ def _shared_rounding(
     reading does not move it. So the visits to a face have their shift in common.
 
     Args:
-        seen: direction of the field in each group, shape (k, 3).
+        places: direction of the field while each axis rests in each group, shape (3, k, 3).
         calibration: M and b, about right.
         magnitude: of the field.
-        inward: by how much a group at rest moves with a reading of each axis, else 0, shape (k, 3).
+        inward: by how much a group moves with the readings of each axis at rest, shape (k, 3).
         before: variance of the readings before rounding, shape (3,).
         step: of the readings, shape (3,).
     """
     matrix, bias = calibration
     inverse = np.linalg.inv(matrix)
-    shift = (inward != 0.0) * rounding_variance(before, step)
-    # a shift of the readings moves the direction, and with it the place, across the field only
-    across = np.eye(3) - (seen @ inverse.T)[:, :, None] * (seen @ matrix)[:, None, :]
-    moved = (across**2 * shift[:, None, :]).sum(axis=2)
-    turned = ((seen[:, None] - seen) ** 2).sum(axis=2)
-    shared = np.zeros((len(seen), len(seen)))
-    for axis in np.flatnonzero(shift.any(axis=0)):
+    shift = rounding_variance(before, step)
+    shared = np.zeros((len(inward), len(inward)))
+    for axis in np.flatnonzero(shift):
+        seen = places[axis]
+        # a shift of the readings moves the direction, and with it the place, across the field only
+        across = np.eye(3)[axis] - (seen @ inverse[axis])[:, None] * (seen @ matrix)
+        moved = across**2 @ shift
+        turned = ((seen[:, None] - seen) ** 2).sum(axis=2)
         place = bias[axis] + magnitude * seen @ inverse[axis]
         # rests in one orientation are moved alike
-        error = np.sqrt(moved[:, axis])
+        error = np.sqrt(moved)
         length = magnitude * np.linalg.norm(inverse[axis])
         alike = np.exp(-0.5 * (2.0 * np.pi * length / step[axis]) ** 2 * turned)
         doubt = np.add.outer(error**2, error**2) - 2.0 * np.outer(error, error) * alike
         doubt += (PLACE_STEPS * step[axis]) ** 2 * turned
         apart = np.subtract.outer(place, place)
         common = rounding_covariance(before[axis], step[axis], apart, doubt)
-        np.fill_diagonal(common, rounding_variance(before[axis], step[axis]))
+        np.fill_diagonal(common, shift[axis])
         shared += np.outer(inward[:, axis], inward[:, axis]) * common
     values, vectors = np.linalg.eigh(shared)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
@@ -279,6 +301,7 @@ def rescaled(data: FieldData, matrix: FloatArray, bias: FloatArray) -> FieldData
         field=data.field / size,
         noise=data.noise / size**2,
         rounding=data.rounding / size,
+        shift=data.shift / size**2,
         pieces=replace(data.pieces, extra=data.pieces.extra / size),
         start=(matrix / size, bias),
         left_out=tuple(run.scaled(1.0 / size) for run in data.left_out),

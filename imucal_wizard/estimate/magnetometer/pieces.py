@@ -94,6 +94,11 @@ class Pieces:
         sums = np.add.reduceat(values * weight, self.offsets[:-1], axis=0)
         return np.asarray(sums / self.samples.reshape(-1, *[1] * (values.ndim - 1)))
 
+    def medians(self, values: FloatArray) -> FloatArray:
+        """Medians over the groups of values of the pieces, shape (p, q) to (k, q)."""
+        parts = itertools.pairwise(self.offsets.tolist())
+        return np.array([median_of_rows(values[first:past]) for first, past in parts])
+
     @property
     def samples(self) -> FloatArray:
         """Samples of each group, shape (k,)."""

@@ -1,4 +1,4 @@
-"""Change of the bias after power-on."""
+"""Change of the bias after power-on, or after handling."""
 
 from collections.abc import Mapping
 
@@ -36,7 +36,7 @@ class WarmUp(BiasEffect):
     kind = "time"
     aliases_while_settling = ("thermal-lag",)
     graded = True
-    title = "warm-up after power-on"
+    title = "warm-up or relaxation, after power-on or handling"
     equation = "ε_i = Wᵢ exp(−t/τ)"
     order = 32
     sizes: Mapping[str, Size] = {
@@ -58,7 +58,9 @@ class WarmUp(BiasEffect):
     stories: Mapping[str, Story] = {
         ACCELEROMETER: Story(
             what="After power-on the chip heats itself by a few degrees and the stress in the "
-            "package settles. The bias changes until the temperature is constant.",
+            "package settles. The bias changes until the temperature is constant. A device that "
+            "was screwed down, bent or knocked just before the session relaxes by the same curve: "
+            "these data do not tell the two apart.",
             equation="error on an axis = size at the start × exp(−time / time constant)",
             signature="The residuals are largest in the first poses and have opposite signs at "
             "opposite faces. Later they level off at a smaller value of the other sign, because "
@@ -68,14 +70,17 @@ class WarmUp(BiasEffect):
             "needed.",
             remedy="Wait about three time constants until the warm-up is over, in calibration and "
             "in use. If that is not possible, apply the term with the time since power-on; the "
-            "session must have begun at power-on, too.",
+            "session must have begun at power-on, too. After handling, wait for as long.",
             confirm="Switch the cold device on and leave it untouched for twenty minutes, on two "
-            "days: the same curve appears both times.",
+            "days: a warm-up shows the same curve both times. If the curve comes only after the "
+            "device was handled, it is relaxation.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",
         ),
         GYROSCOPE: Story(
             what="After power-on the chip heats itself by a few degrees and the drive settles. "
-            "The bias changes until the temperature is constant.",
+            "The bias changes until the temperature is constant. A device that was screwed down, "
+            "bent or knocked just before the session relaxes by the same curve: these data do not "
+            "tell the two apart.",
             equation="error on an axis = size at the start × exp(−time / time constant)",
             signature="The readings at rest approach a final value, fast at first and then more "
             "slowly.",
@@ -84,9 +89,10 @@ class WarmUp(BiasEffect):
             "no term is needed.",
             remedy="Wait about three time constants until the warm-up is over, in calibration and "
             "in use. If that is not possible, apply the term with the time since power-on; the "
-            "session must have begun at power-on, too.",
+            "session must have begun at power-on, too. After handling, wait for as long.",
             confirm="Switch the cold device on and leave it at rest for twenty minutes, on two "
-            "days: the same curve appears both times.",
+            "days: a warm-up shows the same curve both times. If the curve comes only after the "
+            "device was handled, it is relaxation.",
             source="IEEE Std 528, inertial sensor terminology (warm-up time).",
         ),
     }
