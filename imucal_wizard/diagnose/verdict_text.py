@@ -70,7 +70,7 @@ BEYOND = {
     "hold": "holds taken in another order and on another support",
 }
 """What may decide where still poses do not."""
-FASTER = "faster rotations, for example on a rate table,"
+RATE_TABLE = "constant rates about several axes, as on a rate table,"
 
 
 def verdict_text(diagnosis: Diagnosis) -> str:
@@ -226,9 +226,7 @@ def _ambiguous(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     parts += _fall(diagnosis, bench) if diagnosis.added or opinion.families else []
     kinds_of = {effect.name: effect.kind for effect in bench.catalogue}
     decides = [
-        _would_decide(one, FASTER if one.turning else BEYOND[kinds_of[one.first]])
-        for one in diagnosis.apart
-        if one.never or one.poses
+        would_decide(one, kinds_of[one.first]) for one in diagnosis.apart if one.never or one.poses
     ]
     return parts + _matters(diagnosis, bench) + decides
 
@@ -801,7 +799,9 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     return [f"The choice between {names} {change}, so it matters at 1 g too."]
 
 
-def _would_decide(one: Apart, beyond: str) -> str:
+def would_decide(one: Apart, kind: str) -> str:
+    """What separates two effects of this kind, or what may where nothing does that was tried."""
+    beyond = RATE_TABLE if one.turning and kind == "orientation" else BEYOND[kind]
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"

@@ -334,7 +334,10 @@ def _input_axis(effect: Effect, sensor: str, output: int) -> int:
     return AXES.index(name[-1]) if name and set(name) <= set(AXES) else output
 
 
-_ALIASES = "Exactly the same error in such data: {}. Only another kind of test separates them."
+_ALIASES = (
+    "Exactly the same error in such data, for some sizes: {}. Then only another kind of test "
+    "separates them."
+)
 _ONE_G = (
     "Nearly the same error at 1 g: {}. Forces above 1 g separate them; sometimes more poses or a "
     "gyroscope's rotations do."

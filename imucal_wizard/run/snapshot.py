@@ -98,7 +98,7 @@ class StreamStatus:
         if self.accelerometer_unit == COUNT or not self.digits:
             return False
         last = ACCELERATION_UNITS.get(printed, 1.0) * 10.0**-self.digits
-        return last > 10.0 ** (0.5 - MIN_PRINTED_DECIMALS)  # nearest decimal in m/s²
+        return bool(last > 10.0 ** (0.5 - MIN_PRINTED_DECIMALS))  # nearest decimal in m/s²
 
 
 def _no_traces() -> FloatArray:

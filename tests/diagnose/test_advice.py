@@ -19,6 +19,7 @@ from imucal_wizard.diagnose.next_poses import (
 )
 from imucal_wizard.diagnose.optimal_design import Explained, one_more_hold
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import would_decide
 from imucal_wizard.estimate.accelerometer import BASE
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.terms import Term
@@ -185,3 +186,11 @@ def test_what_poses_bring_is_told_in_the_digits_of_the_verdict() -> None:
     never = replace(apart, before=np.inf)
     assert brings(never) == "both poses together: from 12 mg/°C instead of no size"
     assert brings(replace(apart, poses=1)) == "this pose: from 12 mg/°C instead of 795 mg/°C"
+
+
+def test_no_rotation_from_rest_to_rest_is_said_to_separate_a_late_axis_from_products() -> None:
+    """They are the same in all of them, fast ones too; at a constant rate a delay is nothing."""
+    apart = Apart("axis-delay", "cross-product", np.inf, np.inf, 2.0, "ms", 4, turning=True)
+    said = would_decide(apart, "orientation")
+    assert said.endswith("; constant rates about several axes, as on a rate table, may.")
+    assert "temperature rises and falls" in would_decide(apart, "time")

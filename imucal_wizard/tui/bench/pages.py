@@ -115,7 +115,9 @@ _NEVER = (
     "None of the poses tried here separates them. Many more holds, stronger forces or another "
     "course of the temperature may separate them."
 )
-_NEVER_TURNING = "None of the rotations tried here separates them; rotations on a rate table may."
+_NEVER_TURNING = (
+    "None of the rotations tried here separates them; constant rates on a rate table may."
+)
 
 
 def next_rows(
