@@ -112,7 +112,7 @@ def test_it_covers_the_error_of_magnetometers() -> None:
 def test_it_covers_the_error_of_accelerometers(design: str, colour: str) -> None:
     """93 to 97 % of directions, of a bias that walks far at least that, and 2.5 standard errors."""
     rng = np.random.default_rng(77)
-    units = [one_unit(design, colour, rng) for _ in range(25)]
+    units = [one_unit(design, colour, rng) for _ in range(16)]
     inside = np.array([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     said = np.array([one.could_be for one in units])
