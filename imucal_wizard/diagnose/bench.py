@@ -661,7 +661,6 @@ class Bench:
             return report(with_step())
         where, referee = self.measured.circumstances, self.referee and self.referee()
         moments = [one for one in step.effect.variants(where) if one is not None]
-        turning = any(one.moving for one in self.measured.sources)
 
         def unlikely(found: SensorFit) -> float:
             if referee is None or found.reference is None:
@@ -674,7 +673,7 @@ class Bench:
             begin = min(
                 moments, key=lambda at: self._unlikely([*others, replace(step, variant=at)])
             )
-        times = distinct(where.time).tolist() if turning else ()
+        times = distinct(where.time).tolist()
         begun = replace(step, variant=begin)
         return most_likely_moment(
             with_step, begun, moments, times, None if referee is None else unlikely
@@ -717,7 +716,9 @@ def _with_setting(misfit: WhitenedResiduals, suspects: tuple[Suspect, ...]) -> W
     What lies between two settings tried would look like another effect beside it.
     """
     first = suspects[0] if suspects else None
-    if first is None or first.likeliest is None or not first.likeliest.effect.graded:
+    if first is None or first.likeliest is None:
+        return misfit
+    if not (first.likeliest.effect.graded or first.likeliest.effect.sudden):
         return misfit
     if first.log_odds < MIN_ODDS_SETTLED or first.candidate is None:
         return misfit

@@ -58,7 +58,7 @@ def most_likely_moment(
     fit: Fit,
     term: Term,
     moments: Sequence[float],
-    turning: Sequence[float] = (),
+    times: Sequence[float],
     reference: Callable[[SensorFit], float] | None = None,
 ) -> SensorFit:
     """The likeliest fit with a step.
@@ -67,16 +67,15 @@ def most_likely_moment(
         fit: of the model with this term.
         term: with one of the moments to begin at.
         moments: half way between holds, in order, s.
-        turning: times of the holds, in order, s, where rotations turn on with the rest after the
-            step; the moment inside of one is settled, too.
+        times: middles of the holds, in order, s: the moment is settled inside a hold or a rotation,
+            too, of which a part then lies after the step.
         reference: twice the negative logarithm of the likelihood of what rests on the fit.
     """
     tried = _Tried(lambda at: fit(replace(term, variant=at)), reference)
     _enclosed(tried.unlikely, moments, [*moments].index(term.variant or moments[0]))
-    if len(turning):
-        after = int(np.clip(np.searchsorted(turning, tried.best), 1, len(turning) - 1))
-        # the golden section comes back to places, up to rounding
-        _narrow(lambda at: tried.unlikely(round(at, 3)), turning[after - 1], turning[after], 0.0)
+    after = int(np.clip(np.searchsorted(times, tried.best), 1, len(times) - 1))
+    # the golden section comes back to places, up to rounding
+    _narrow(lambda at: tried.unlikely(round(at, 3)), times[after - 1], times[after], 0.0)
     return tried.reported(tried.best)
 
 

@@ -164,18 +164,21 @@ class Suspect:
         if first is None:
             return None
         begin, known = first.variant, [c for c in self.misfit.candidates if c.term == self.term]
-        if begin is None or not first.effect.graded:
+        # a moment that the data hardly tell is as good as any other
+        moment = first.effect.sudden and self.log_odds >= MIN_ODDS_SETTLED
+        if begin is None or not (first.effect.graded or moment):
             return try_effects(self.misfit, (first,), self.noise)
         tried: dict[float, EffectTrial] = {}
+        scale, setting = (float, float) if moment else (np.log, np.exp)
 
         def unlikely(at: float) -> float:
             if at not in tried:
-                candidate = candidate_at(self.misfit, first.effect, float(np.exp(at)))
+                candidate = candidate_at(self.misfit, first.effect, float(setting(at)))
                 tried[at] = try_effects(self.misfit, (candidate,), self.noise)
             return unlikeliness(tried[at].found)
 
-        grid = sorted({float(np.log(one.variant)) for one in known if one.variant is not None})
-        settle(unlikely, grid, float(np.log(begin)))
+        grid = sorted({float(scale(one.variant)) for one in known if one.variant is not None})
+        settle(unlikely, grid, float(scale(begin)))
         return tried[min(tried, key=unlikely)]
 
     @property

@@ -43,6 +43,7 @@ def circumstances_of(
         time=middle - first_time(holds, readings),
         previous=_previous(holds, force),
         vibration=gain**2 * _vibration(holds, readings),
+        seconds=np.array([hold.end - hold.start for hold in holds]),
         gravity=gravity,
     )
 

@@ -124,6 +124,7 @@ class Circumstances:
             none is given.
         current: what the board's motors draw, A, or their throttle, %, shape (n,); NaN unknown.
         current_unit: ``A`` or ``%``.
+        seconds: length of time of which a row is the mean, s, shape (n,); 0 of a sample.
         history: time, s, and temperature, °C, of the whole session, in any order; that of the rows
             when none is given.
         gravity: local gravity, m/s².
@@ -141,6 +142,7 @@ class Circumstances:
     magnetic: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     current: FloatArray = field(default_factory=lambda: np.zeros(0))
     current_unit: str = "A"
+    seconds: FloatArray = field(default_factory=lambda: np.zeros(0))
     history: tuple[FloatArray, FloatArray] = (np.zeros(0), np.zeros(0))
     gravity: float = STANDARD_GRAVITY
     field_unit: FieldUnit = field(default_factory=FieldUnit)
@@ -152,6 +154,8 @@ class Circumstances:
             object.__setattr__(self, "magnetic", np.full((len(self), 3), np.nan))
         if len(self.current) != len(self):
             object.__setattr__(self, "current", np.full(len(self), np.nan))
+        if len(self.seconds) != len(self):
+            object.__setattr__(self, "seconds", np.zeros(len(self)))
         if not len(self.history[0]):
             object.__setattr__(self, "history", (self.time, self.temperature))
         known = self.temperature[np.isfinite(self.temperature)]
@@ -186,6 +190,11 @@ class Circumstances:
             return np.zeros(len(self))
         return spline_slope(middle, mean, self.time)
 
+    def share_after(self, moment: float) -> FloatArray:
+        """Which part of each row lies after a moment, 0 to 1, shape (n,): of a sample, all or none."""
+        part = (self.time + 0.5 * self.seconds - moment) / np.maximum(self.seconds, 1e-9)
+        return np.where(self.seconds > 0.0, np.clip(part, 0.0, 1.0), self.time >= moment)
+
     def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
         """The same with other true inputs of a sensor, SI, shape (n, 3)."""
         return replace(self, **{INPUT_OF[sensor]: values})  # type: ignore[arg-type] # one array
@@ -202,6 +211,7 @@ class Circumstances:
             vibration=self.vibration[rows],
             magnetic=self.magnetic[rows],
             current=self.current[rows],
+            seconds=self.seconds[rows],
         )
 
     def joined(self, other: "Circumstances") -> "Circumstances":
@@ -216,6 +226,7 @@ class Circumstances:
             vibration=np.concatenate([self.vibration, other.vibration]),
             magnetic=np.concatenate([self.magnetic, other.magnetic]),
             current=np.concatenate([self.current, other.current]),
+            seconds=np.concatenate([self.seconds, other.seconds]),
         )
 
 
@@ -252,7 +263,7 @@ class Effect(ABC):
         against: what to draw the residuals over, to see it.
         field_unit: in which its error of a magnetic field is shown, see ``suited``.
         graded: whether what lies between two of its ``variants`` is a setting, too.
-        sudden: its setting is a moment, of which still poses only show between which of them it is.
+        sudden: its setting is a moment, at any place between two of its ``variants``.
         paired: whether pairs with all other effects are looked for, at all its settings. If not,
             every second setting is paired with effects that have none: the moments of a second
             step would be most of the pairs.

@@ -458,6 +458,7 @@ class Calibration(msgspec.Struct, frozen=True):
             time=np.array([self._time(hold) for hold in holds]),
             previous=previous,
             vibration=np.array([hold.vibration or 0.0 for hold in holds]),
+            seconds=np.array([hold.end - hold.start for hold in holds]),
             gravity=self.gravity.value,
         )
 

@@ -88,9 +88,9 @@ class BiasStep(BiasEffect):
         return step_moments(c)
 
     def course(self, c: Circumstances, variant: float | None) -> FloatArray:
-        """0 before the moment, 1 from it on; the middle of the session when none is given."""
+        """0 before the moment, 1 after it; in the middle of the session when none is given."""
         moment = c.reference_time if variant is None else variant
-        return np.asarray(c.time >= moment, np.float64)
+        return c.share_after(moment)
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""

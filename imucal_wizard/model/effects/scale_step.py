@@ -98,7 +98,7 @@ class ScaleStep(AxisEffect):
     def shape(self, sensor: str, c: Circumstances, variant: float | None) -> FloatArray:
         """``x_i`` from the moment on, g or °/s; the middle of the session when none is given."""
         moment = c.reference_time if variant is None else variant
-        return np.asarray(sensed(sensor, c) * (c.time >= moment)[:, None], np.float64)
+        return np.asarray(sensed(sensor, c) * c.share_after(moment)[:, None])
 
     def c_shape(self, variant: float | None) -> str:
         """See ``AxisEffect``."""
