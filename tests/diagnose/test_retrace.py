@@ -52,7 +52,7 @@ def test_a_term_that_was_refused_once_and_taken_out_later_is_refused_no_more(
 
     bench = Benches(*fitted("second-order:5:x")).accelerometer
     with monkeypatch.context() as patched:
-        patched.setattr("imucal_wizard.diagnose.bench.fit", fails)
+        patched.setattr("imucal_wizard.diagnose.bench.refined_minimum", fails)
         with pytest.raises(DataError):
             bench.add("second-order")
     assert bench.refused == ("it does not converge",)
