@@ -722,6 +722,9 @@ def _with_setting(misfit: WhitenedResiduals, suspects: tuple[Suspect, ...]) -> W
         return misfit
     if first.log_odds < MIN_ODDS_SETTLED or first.candidate is None:
         return misfit
+    tried = {one.variant for one in misfit.candidates if one.term == first.term}
+    if first.candidate.variant in tried:
+        return misfit
     return replace(misfit, candidates=(*misfit.candidates, first.candidate))
 
 

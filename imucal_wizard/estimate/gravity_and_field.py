@@ -362,7 +362,7 @@ def _heading_rows(
         np.zeros(3),
         rotations.step,
     )
-    samples, _ = turned.between_means(known.holds, rest.carried)
+    samples, _, happened = turned.between_means(known.holds, rest.carried)
     origin = first_time(known.holds, readings)
     labels = _labels(rotations, turns, origin)
     lost = known.lost.with_more(len(rotations.usable) - len(known.rotations.usable))
@@ -380,7 +380,7 @@ def _heading_rows(
         before_doubt=np.zeros((count, 3, 0)),
         after_doubt=np.zeros((count, 3, 0)),
         noise=noise,
-        motion=motion_of(around, before, samples, start, origin, readings),
+        motion=motion_of(around, before, samples, happened - origin, start, readings, origin),
         gravity=reference.gravity,
         labels=labels,
     )

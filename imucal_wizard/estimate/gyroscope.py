@@ -120,7 +120,9 @@ class GyroscopeExperiment(Movable):
                 "direction of gravity, which counts as noise here."
             )
         self.noise_at_rest = rest_of(holds, start.matrix, start.bias, reference)
-        self.samples, self.recorded = rotations.between_means(holds, self.noise_at_rest.carried)
+        self.samples, self.recorded, self._happened = rotations.between_means(
+            holds, self.noise_at_rest.carried
+        )
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
         self._rounded = rotations.rounding_in_motion(holds)
@@ -230,7 +232,15 @@ class GyroscopeExperiment(Movable):
             usual=reference.undetermined,
             left_open=reference.decided,
             noise=noise,
-            motion=motion_of(known, one.before, self.samples, self._start, origin, self.readings),
+            motion=motion_of(
+                known,
+                one.before,
+                self.samples,
+                self._happened - origin,
+                self._start,
+                self.readings,
+                origin,
+            ),
             gravity=self.gravity,
             rounding=self.rest.rounding,
             resting=resting,
@@ -564,9 +574,10 @@ def motion_of(
     known: Circumstances,
     before: IntArray,
     samples: RotationSamples,
+    time: FloatArray,
     start: Parameters,
-    origin: float,
     readings: Readings | None,
+    origin: float,
 ) -> Circumstances:
     """Circumstances of the samples; time and temperature have the references of the holds.
 
@@ -574,12 +585,12 @@ def motion_of(
         known: circumstances of the holds.
         before: the hold before each rotation, shape (m,).
         samples: of the rotations, n of them.
+        time: when what each of them has read happened, s after the origin, shape (n,).
         start: calibration for the rates.
-        origin: time that counts as 0, s.
         readings: what the holds were found in.
+        origin: time that counts as 0, s.
     """
     hold = before[samples.rotation]
-    time = samples.time - origin
     temperature, recorded = np.full(len(time), np.nan), np.isfinite(known.temperature)
     if readings is not None and readings.temperature is not None and len(readings.temperature):
         series = readings.temperature
@@ -592,4 +603,5 @@ def motion_of(
         temperature=temperature,
         time=time,
         previous=known.force[hold],
+        seconds=np.zeros(len(time)),
     )

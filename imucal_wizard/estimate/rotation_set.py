@@ -94,7 +94,7 @@ class RotationSet:
 
     def between_means(
         self, holds: Sequence[Hold], turning: BoolArray
-    ) -> tuple[RotationSamples, BoolArray]:
+    ) -> tuple[RotationSamples, BoolArray, FloatArray]:
         """The samples from mean direction to mean direction of holds in which the device turns.
 
         A constant reading in half such a hold stands for its samples: its integral is that from
@@ -106,20 +106,24 @@ class RotationSet:
             turning: those in which the device turns, shape (h,).
 
         Returns:
-            The samples, n of them, and which of these were recorded, shape (n,).
+            The samples, n of them, which of these were recorded, and when what each one has read
+            happened, s, shapes (n,).
         """
         samples = self.samples
         if not turning[np.concatenate([self.before, self.after])].any():
-            return samples, np.ones(len(samples.time), bool)
+            return samples, np.ones(len(samples.time), bool), samples.time
         interval, times, readings, recorded = median(samples.dt[samples.dt > 0.0]), [], [], []
+        happened = []
         for place, (first, past) in enumerate(itertools.pairwise(samples.offsets.tolist())):
             time, reading = samples.time[first:past], samples.reading[first:past]
             ahead = behind = 0
+            happened.append(time)
             if turning[self.before[place]]:
                 until, mean = _to_mean(holds[self.before[place]], time, reading, interval, 1)
                 ahead = len(until)
                 time = np.append(time[0] - until[::-1], time)
                 reading = np.vstack([np.tile(mean, (ahead, 1)), reading])
+                happened.insert(-1, _moments(holds[self.before[place]], ahead, 1))
             if turning[self.after[place]]:
                 own = slice(ahead, None)
                 hold = holds[self.after[place]]
@@ -127,10 +131,12 @@ class RotationSet:
                 behind = len(until)
                 time = np.append(time, time[-1] + until)
                 reading = np.vstack([reading, np.tile(mean, (behind, 1))])
+                happened.append(_moments(hold, behind, -1))
             times.append(time)
             readings.append(reading)
             recorded.append(np.repeat([False, True, False], [ahead, past - first, behind]))
-        return rotation_samples(times, readings), np.concatenate(recorded)
+        made = rotation_samples(times, readings)
+        return made, np.concatenate(recorded), np.concatenate(happened)
 
     def joined(
         self,
@@ -163,6 +169,17 @@ class RotationSet:
             after=np.concatenate([self.after, after]),
             up=None,
         )
+
+
+def _moments(hold: Hold, count: int, sign: int) -> FloatArray:
+    """Moments that the readings which stand for a hold are of, s, rising, shape (count,).
+
+    From each moment of the hold to its end: what happens late in it lies in most of these spans.
+    """
+    part = np.sqrt((np.arange(count) + 0.5) / count)
+    if sign < 0:  # to each moment, from the beginning of the hold
+        part = 1.0 - part[::-1]
+    return np.asarray(hold.start + part * (hold.end - hold.start))
 
 
 def _to_mean(

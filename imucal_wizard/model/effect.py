@@ -191,7 +191,7 @@ class Circumstances:
         return spline_slope(middle, mean, self.time)
 
     def share_after(self, moment: float) -> FloatArray:
-        """Which part of each row lies after a moment, 0 to 1, shape (n,): of a sample, all or none."""
+        """Which part of each row lies after a moment, from 0 to 1, shape (n,)."""
         part = (self.time + 0.5 * self.seconds - moment) / np.maximum(self.seconds, 1e-9)
         return np.where(self.seconds > 0.0, np.clip(part, 0.0, 1.0), self.time >= moment)
 

@@ -1,4 +1,4 @@
-"""The moment of a step: of the gyroscope inside a rotation, of the accelerometer between holds."""
+"""The moment of a step: of the gyroscope inside a rotation or a rest, of the accelerometer too."""
 
 from dataclasses import replace
 
@@ -16,18 +16,24 @@ from tests.diagnose.recordings import fitted
 pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
 
 
-def test_a_bias_that_steps_inside_a_rotation_leaves_only_noise() -> None:
-    """The moment is fitted inside the rotation, not put half way between its holds."""
+@pytest.mark.parametrize("resting", [0.0, 0.4])
+def test_a_bias_that_steps_inside_a_rotation_or_a_rest_leaves_only_noise(resting: float) -> None:
+    """The moment is fitted inside, not put half way between two holds."""
     report, readings = fitted(rotations=2)
     gyroscope, start = readings.gyroscope, readings.accelerometer.time[0]
     assert gyroscope is not None
     rotation = report.rotations[20]
     first, last = rotation.before.end - start, rotation.after.start - start
     moment = first + 0.9 * (last - first)
+    if resting:
+        moment = last + resting * (rotation.after.end - rotation.after.start)
     bias = np.outer(gyroscope.time - start >= moment, np.radians([0.3, 0.0, 0.0]))
     stepped = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + bias))
     bench = Benches(fit_readings(stepped), stepped).bench("gyroscope")
     assert bench is not None
+    found = bench.look()
+    assert found.opinion.verdict is Verdict.MISSING
+    assert found.suspects[0].term == "bias-step"
     bench.add("bias-step", near=0.5 * (first + last))
     (term,) = bench.fit.terms
     assert term.variant == pytest.approx(moment, abs=0.15)

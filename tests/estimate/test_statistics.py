@@ -161,7 +161,7 @@ def test_a_rotation_begins_and_ends_at_the_mean_direction_of_a_swaying_hold(rate
         rounding=np.zeros(3),
         step=np.zeros(3),
     )
-    samples, recorded = rotations.between_means([found, found], np.array([True, False]))
+    samples, recorded, happened = rotations.between_means([found, found], np.array([True, False]))
     assert recorded.sum() == 9
     mean = angle[:whole].mean()
     expected = angle[whole - 1] - mean, mean - angle[0]
@@ -172,6 +172,11 @@ def test_a_rotation_begins_and_ends_at_the_mean_direction_of_a_swaying_hold(rate
         integral = (0.5 * (rate_z[1:] + rate_z[:-1]) * steps).sum()
         # the trapezoidal rule takes a hundredth of the fast wave off at 25 samples/s
         assert integral == pytest.approx(true, abs=np.radians(0.03))
+    # each moment of the hold to its end, and from its beginning to each moment
+    for part, share in zip(itertools.pairwise(samples.offsets.tolist()), (2.0, 1.0), strict=True):
+        stands = happened[slice(*part)][~recorded[slice(*part)]]
+        middle = (stands.mean() - found.start) / (found.end - found.start)
+        assert middle == pytest.approx(share / 3.0, abs=0.02)
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 
-import numpy as np
-
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.model import requirements
 from imucal_wizard.model.effect import (
