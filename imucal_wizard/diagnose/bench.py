@@ -31,7 +31,7 @@ from imucal_wizard.diagnose.residuals import (
     whitened_residuals,
     whitened_rows,
 )
-from imucal_wizard.diagnose.suspects import MIN_ODDS_SETTLED, Suspect, rank
+from imucal_wizard.diagnose.suspects import MAX_LINEAR, MIN_ODDS_SETTLED, Suspect, rank
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import (
@@ -52,9 +52,6 @@ from imucal_wizard.model.terms import Term
 from imucal_wizard.model.terms import Terms as Effects
 from imucal_wizard.model.unknown_shape import UnknownShape
 
-MAX_LINEAR = 4.0
-"""What is left, rms in units of the noise, up to which what the linear model neglects, the squares
-of the errors, is below the noise."""
 MAX_REFITS = 3
 """Explanations tried as the point at which a misfit is made linear."""
 MAX_HELD_OUT_OF_CURVE = 2.0

@@ -2,14 +2,17 @@
 
 What adding does is tried with the estimator itself, by one step from where the present fit has
 arrived (``estimate.fit.with_effects``): the same variance components, priors and errors held out.
+Of a likely effect that is too large for one step, the fit goes on to where it arrives.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.detectability import USUAL_SIZES, Detectability
@@ -31,6 +34,11 @@ from imucal_wizard.model.terms import Term, Terms
 
 MIN_SIZE_IN_ERRORS = 3.0
 """A size is named from so many standard errors on."""
+
+
+MAX_LINEAR = 4.0
+"""What is left, rms in units of the noise, up to which what the linear model neglects, the squares
+of the errors, is below the noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +162,12 @@ class Suspect:
         None for a disturbed hold.
         """
         tried = self._tried
-        if tried is None or self.split is None:
+        if tried is None:
+            return None
+        if self.log_odds >= MIN_ODDS_SETTLED and self.misfit.lack_of_fit().ratio > MAX_LINEAR:
+            with suppress(DataError):  # one step stays short of where a large effect leads
+                tried = replace(tried, found=self.misfit.fitted_with(tried.candidates))
+        if self.split is None:
             return tried
         return replace(tried, found=with_split(tried.found, self.split))
 
