@@ -116,6 +116,11 @@ class HoldMeans(msgspec.Struct, frozen=True):
         )
 
 
+HALF_A_HOLD = 0.3
+"""Part of a hold that a rotation begins or ends in, from which on a reading stands for the hold:
+half of one, while a few samples at the end of a hold are those of the rotation."""
+
+
 class RotationIncrements(msgspec.Struct, frozen=True):
     """One rotation between two holds, k intervals long.
 
@@ -141,6 +146,25 @@ class RotationIncrements(msgspec.Struct, frozen=True):
     def readings(self) -> FloatArray:
         """Mean reading of the gyroscope over each interval, shape (k, 3)."""
         return np.asarray(np.array(self.gyroscope) / np.diff(self.edges)[:, None])
+
+    def moments(self, before: HoldMeans, after: HoldMeans) -> FloatArray:
+        """When what lies between the edges happened, s, rising, shape (k + 1,).
+
+        A reading that stands for half a hold in which the device turned is of all of it, most of
+        what is near the rotation (see ``RotationSet.between_means``).
+        """
+        out = np.array(self.edges)
+        lasts = before.end - before.start
+        if before.end - out[0] > HALF_A_HOLD * lasts:
+            own = out < before.end
+            part = (out[own] - out[0]) / (before.end - out[0])
+            out[own] = before.start + np.sqrt(part) * lasts
+        lasts, last = after.end - after.start, self.edges[-1]
+        if last - after.start > HALF_A_HOLD * lasts:
+            own = out > after.start
+            part = (last - out[own]) / (last - after.start)
+            out[own] = after.end - np.sqrt(part) * lasts
+        return out
 
     def attitudes(self, rates: FloatArray) -> FloatArray:
         """Attitude at each edge from that at the beginning, body to body, shape (k + 1, 3, 3).

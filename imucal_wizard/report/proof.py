@@ -171,13 +171,16 @@ class Proof:
         matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
         origin = 0.5 * (holds[0].start + holds[0].end) - (holds[0].time or 0.0)
         reading, force, time, temperature = [], [], [], []
+        seconds = []
         for one in self._rotations:
             y = one.readings()
             rate, edges = (y - bias) @ matrix.T, np.array(one.edges)
             carried = self._up[one.before] @ one.attitudes(rate)[:-1]
             force.append(carried - np.cross(0.5 * rate * np.diff(edges)[:, None], carried))
             reading.append(y)
-            time += (0.5 * (edges[1:] + edges[:-1]) - origin).tolist()
+            moments = one.moments(holds[one.before], holds[one.after])
+            time += (0.5 * (moments[1:] + moments[:-1]) - origin).tolist()
+            seconds += np.diff(moments).tolist()
             warm = [holds[k].temperature for k in (one.before, one.after)]
             known = [value for value in warm if value is not None]
             temperature += [np.mean(known) if known else np.nan] * len(y)
@@ -190,6 +193,7 @@ class Proof:
             time=np.array(time),
             previous=np.full((count, 3), np.nan),
             vibration=np.zeros(count),
+            seconds=np.array(seconds),
             gravity=calibration.gravity.value,
         )
         return Samples(np.concatenate(reading), where, self._read(forces))

@@ -229,7 +229,13 @@ def test_a_curve_that_was_not_offered_can_be_added_by_hand() -> None:
     [
         ("gyroscope", "26", "bump over a force", 3, "the force along y only: a bump at 0.6"),
         ("gyroscope", "26", "jump over the rate", 4, "the rate about y only: sharp at −80"),
-        ("magnetometer", "standard", "missing code", 1, "the field along x only: changing between 21"),
+        (
+            "magnetometer",
+            "standard",
+            "missing code",
+            1,
+            "the field along x only: changing between 21",
+        ),
     ],
 )
 def test_other_sensors_have_curves_of_their_own(

@@ -111,6 +111,20 @@ def test_the_gyroscope_is_saved_against_the_gravity_of_the_completed_acceleromet
     assert saved < 0.7 * plain
 
 
+def test_a_step_inside_a_hold_is_proven_by_the_file(tmp_path: Path) -> None:
+    """The device is held in the hand: a reading that stands for half the hold is of all of it."""
+    report, readings = fitted("gyroscope/bias-step:0.3:x", poses="26", seed=5, rotations=6)
+    benches = Benches(report, readings)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    bench.add("bias-step")
+    assert bench.fit.rms_fitted < 1.5 * (bench.fit.floor_fitted or 0.0)
+    saved = read_calibration(written(benches, tmp_path / "c.json"))  # refused if it contradicts
+    (step,) = saved["gyroscope"].effects
+    moment = (step.variant or 0.0) + readings.accelerometer.time[0]
+    assert any(hold.start + 1.0 < moment < hold.end - 1.0 for hold in saved.hold_means)
+
+
 def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:
     benches = Benches(*fitted("bias-temperature:1:x"))
     bench = benches.accelerometer
