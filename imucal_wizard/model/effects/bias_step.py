@@ -56,8 +56,8 @@ class BiasStep(BiasEffect):
             "of the proof mass changes. A power dip that resets an offset inside the chip has the "
             "same effect.",
             equation="error on an axis = 0 before the step, constant after it",
-            signature="Plotted over time, the residuals of a face stay at one level, jump between "
-            "two holds, and stay at another level.",
+            signature="Plotted over time, the residuals of a face stay at one level, jump, and stay "
+            "at another level. A hold in which the step happens lies between the two.",
             needs="Repeated poses before and after the step. If you know when the device was "
             "bumped, calibrate again with the holds after that time.",
             remedy="Calibrate again from the holds after the step, and find its cause: a loose "
@@ -70,8 +70,8 @@ class BiasStep(BiasEffect):
             what="A bump strains the package, or a power dip resets an offset inside the chip: "
             "from then on the bias of the rate is different.",
             equation="error on an axis = 0 before the step, constant after it",
-            signature="The readings at rest stay at one level, jump between two holds, and stay "
-            "at another level.",
+            signature="The readings at rest stay at one level, jump, and stay at another level. A "
+            "rest in which the step happens lies between the two.",
             needs="At least three still poses on each side of the step.",
             remedy="Measure the mean rate at rest again, and find the cause of the step: a bump, "
             "a loose board, a power dip.",

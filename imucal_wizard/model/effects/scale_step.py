@@ -63,8 +63,8 @@ class ScaleStep(AxisEffect):
             equation="error on an axis = 0 before the step, coefficient × force on that axis "
             "after it",
             signature="After the step both faces of the axis read too large, or both too small; "
-            "poses with the axis level do not change. Plotted over time, the residuals jump "
-            "between two holds.",
+            "poses with the axis level do not change. Plotted over time, the residuals jump at "
+            "one moment.",
             needs="Both faces of the axis before and after the step. While the temperature only "
             "rises, a step in the middle of the session resembles a temperature coefficient of "
             "the scale factor.",
