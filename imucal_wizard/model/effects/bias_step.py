@@ -56,8 +56,8 @@ class BiasStep(BiasEffect):
             "of the proof mass changes. A power dip that resets an offset inside the chip has the "
             "same effect.",
             equation="error on an axis = 0 before the step, constant after it",
-            signature="Plotted over time, the residuals of a face stay at one level, jump, and stay "
-            "at another level. A hold in which the step happens lies between the two.",
+            signature="Plotted over time, the residuals of a face stay at one level, jump, and "
+            "stay at another level. A hold in which the step happens lies between the two.",
             needs="Repeated poses before and after the step. If you know when the device was "
             "bumped, calibrate again with the holds after that time.",
             remedy="Calibrate again from the holds after the step, and find its cause: a loose "
