@@ -148,5 +148,9 @@ def disagreement(motion: KeptRotation, *, scale_known: bool) -> str:
     if abs(felt) < margin:
         return f"{turn} not at all: is its {axis} axis dead, or its column another one?"
     if abs(felt + seen) <= margin:
-        return f"{turn} by {signed(felt)}: a sign is wrong, of its {axis} axis or of the other's."
+        others = " or ".join(one for one in AXES if one != axis)
+        wrong = (
+            f"the sign of its {axis} axis is wrong, or that of the accelerometer's {others} axis"
+        )
+        return f"{turn} by {signed(felt)}: {wrong}."
     return f"{turn} by {signed(felt)}: check its unit and the sample rate."

@@ -21,7 +21,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.core.units import COUNT, SI_UNIT
 from imucal_wizard.estimate.result import unchecked_scale, worse_than_none
-from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.catalogue import builtin_effects, effect
 from imucal_wizard.model.effect import INPUT_OF, Circumstances, Effect
 from imucal_wizard.model.terms import Term, Terms, corrected
 from imucal_wizard.model.unknown_shape import UnknownShape
@@ -72,6 +72,8 @@ class SavedEffect(msgspec.Struct, frozen=True):
         reference_temperature: °C at which an effect of the temperature is zero.
         reference_time: s after the session's first sample at which a drift is zero.
         reach: of a free curve, see ``UnknownShape``; None for the usual one.
+        splits: whether a step inside a hold counts for the part of the hold after it; None in older
+            files, whose holds are before or after it as a whole, and for other effects.
     """
 
     term: str
@@ -84,6 +86,7 @@ class SavedEffect(msgspec.Struct, frozen=True):
     reference_temperature: float | None = None
     reference_time: float | None = None
     reach: float | None = None
+    splits: bool | None = None
 
     def known(self, own: Sequence[Effect] = ()) -> Term:
         """The effect itself.
@@ -458,9 +461,16 @@ class Calibration(msgspec.Struct, frozen=True):
             time=np.array([self._time(hold) for hold in holds]),
             previous=previous,
             vibration=np.array([hold.vibration or 0.0 for hold in holds]),
-            seconds=np.array([hold.end - hold.start for hold in holds]),
+            seconds=np.array([self.splits_holds * (hold.end - hold.start) for hold in holds]),
             gravity=self.gravity.value,
         )
+
+    @property
+    def splits_holds(self) -> bool:
+        """Whether a step counts for a part of the hold in which it happens, see ``SavedEffect``."""
+        steps = {one.name for one in builtin_effects() if one.sudden}
+        every = (one for sensor in self.sensors.values() for one in sensor.effects)
+        return not any(one.splits is None and one.term in steps for one in every)
 
     def _time(self, hold: HoldMeans) -> float:
         """Middle of a hold, s after the session's first sample (version 0.1: the first hold's)."""

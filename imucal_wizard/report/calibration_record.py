@@ -59,6 +59,7 @@ def sensor_record(fit: SensorFit) -> Sensor:
                 else finite_or_none(where.reference_temperature),
                 reference_time=None if where is None else finite_or_none(where.reference_time),
                 reach=term.effect.reach if isinstance(term.effect, UnknownShape) else None,
+                splits=True if term.effect.sudden else None,
             )
         )
     repeats, joint = fit.repeatability, covariance_of(fit)

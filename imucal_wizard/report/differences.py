@@ -220,15 +220,14 @@ def _given(one: Any) -> Known:
 
 
 def _gravities(files: Sequence[NamedParameters]) -> list[str]:
-    used = {one.gravity: None for one in files if one.gravity is not None}
+    used = {number(one.gravity, 6): one.gravity for one in files if one.gravity is not None}
     if len(used) < 2:
         return []
-    share = number(100.0 * (max(used) / min(used) - 1.0), 2)
-    names = " and ".join(number(one, 6) for one in used)
-    note = (
-        f"the calibrations used gravities of {names} m/s²: this alone makes sensitivities of the "
-    )
-    return [f"{note}accelerometer differ by {share} %"]
+    share = number(100.0 * (max(used.values()) / min(used.values()) - 1.0), 2)
+    return [
+        f"the calibrations used gravities of {' and '.join(used)} m/s²: this alone makes "
+        f"sensitivities of the accelerometer differ by {share} %"
+    ]
 
 
 def differences(

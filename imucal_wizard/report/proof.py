@@ -178,9 +178,10 @@ class Proof:
             carried = self._up[one.before] @ one.attitudes(rate)[:-1]
             force.append(carried - np.cross(0.5 * rate * np.diff(edges)[:, None], carried))
             reading.append(y)
-            moments = one.moments(holds[one.before], holds[one.after])
-            time += (0.5 * (moments[1:] + moments[:-1]) - origin).tolist()
-            seconds += np.diff(moments).tolist()
+            if calibration.splits_holds:
+                edges = one.moments(holds[one.before], holds[one.after])
+            time += (0.5 * (edges[1:] + edges[:-1]) - origin).tolist()
+            seconds += (calibration.splits_holds * np.diff(edges)).tolist()
             warm = [holds[k].temperature for k in (one.before, one.after)]
             known = [value for value in warm if value is not None]
             temperature += [np.mean(known) if known else np.nan] * len(y)
@@ -378,7 +379,8 @@ def lacks_temperature(calibration: "Calibration") -> bool:
         terms = [] if sensor is None else [one.known() for one in sensor.effects]
     except UsageError:  # an effect of the user's own is in no file
         return False
-    return any(term.effect.against == "temperature" for term in terms)
+    of_temperature = {"temperature", "thermal-lag"}  # a lag is drawn over the time
+    return any(of_temperature & {term.effect.against, term.name} for term in terms)
 
 
 def _unproven(calibration: "Calibration") -> str:

@@ -60,7 +60,7 @@ def test_a_gyroscope_that_disagrees_with_gravity_gives_a_warning(factor: float) 
 def test_a_wrong_sign_is_told_from_a_wrong_unit() -> None:
     (warning,) = turned_by(-1.0)
     assert warning.startswith("Gravity turned by +90° about x, the gyroscope by −90°")
-    assert "a sign is wrong, of its x axis or of the other's" in warning
+    assert "the sign of its x axis is wrong, or that of the accelerometer's y or z axis" in warning
 
 
 def test_a_gyroscope_in_the_wrong_unit_is_refused() -> None:

@@ -125,6 +125,25 @@ def test_a_step_inside_a_hold_is_proven_by_the_file(tmp_path: Path) -> None:
     assert any(hold.start + 1.0 < moment < hold.end - 1.0 for hold in saved.hold_means)
 
 
+def test_a_step_of_an_older_file_counts_for_whole_holds(tmp_path: Path) -> None:
+    """A hold is before or after it: the moment half way between two middles may lie in the longer."""
+    report, readings = fitted("bias-step:20:x", poses="18", seed=4, rotations=6)
+    benches = Benches(report, readings)
+    benches.accelerometer.add("bias-step")
+    path = written(benches, tmp_path / "c.json")
+    known = json.loads(path.read_text())
+    hold = known["hold_means"][len(known["hold_means"]) // 2]
+    (step,) = known["sensors"]["accelerometer"]["effects"]
+    assert step["splits"] is True
+    step["variant"] += 0.3 * (hold["end"] - hold["start"])  # into a hold that was after it
+    path.write_text(json.dumps(known))
+    with pytest.raises(RecordingError, match="error on the measurements"):
+        read_calibration(path)
+    del step["splits"]
+    path.write_text(json.dumps(known))
+    assert not read_calibration(path).splits_holds
+
+
 def test_an_effect_of_the_temperature_wants_to_be_told_the_temperature(tmp_path: Path) -> None:
     benches = Benches(*fitted("bias-temperature:1:x"))
     bench = benches.accelerometer
