@@ -357,8 +357,9 @@ class Bench:
 
         The slopes of the present fit are those of a model without the effects. An effect many times
         larger than the noise leaves its square there, which would be given a name of its own.
-        Where that is not what has happened, the data are less likely there: what has no name,
-        likelier here, is no longer linear at the place of another explanation.
+        The move is kept only if it makes the data more likely. Otherwise structure without a name
+        is the likelier cause: its patterns are linear here, and no longer at the parameters of the
+        effect.
         """
         tried: list[Terms] = []
         while misfit.lack_of_fit().ratio > MAX_LINEAR and len(tried) < MAX_REFITS:

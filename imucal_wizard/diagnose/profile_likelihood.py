@@ -23,6 +23,8 @@ GOLDEN_STEPS = 9
 MIN_SETTING_DIFFERENCE = 0.04
 """Settings that differ by less than this share are one: two trial values a factor of 3 apart are
 narrowed to a factor of 1.04."""
+MIN_MOMENT_DIFFERENCE = 0.05
+"""Seconds down to which the moment of a step is looked for among the suspects."""
 ASIDE = 0.08
 """How far to either side the fall of the likelihood is measured, in the logarithm."""
 
@@ -130,10 +132,22 @@ class _Tried:
         return self._reported[at]
 
 
-def settle(unlikely: Callable[[float], float], grid: Sequence[float], begin: float) -> None:
-    """Try settings until the best one is enclosed; ``unlikely`` keeps what it was asked for."""
+def settle(
+    unlikely: Callable[[float], float],
+    grid: Sequence[float],
+    begin: float,
+    least: float = MIN_SETTING_DIFFERENCE,
+) -> None:
+    """Try settings until the best one is enclosed; ``unlikely`` keeps what it was asked for.
+
+    Args:
+        unlikely: of a setting, or of its logarithm, see ``unlikeliness``.
+        grid: the settings to begin with, in order.
+        begin: the one to begin at.
+        least: difference of two settings that is not halved any more.
+    """
     low, high = _enclosed(unlikely, grid, grid.index(begin))
-    _narrow(unlikely, low, high)
+    _narrow(unlikely, low, high, least)
 
 
 def unlikeliness(found: Minimum[Experiment]) -> float:

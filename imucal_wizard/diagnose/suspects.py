@@ -18,7 +18,11 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.detectability import USUAL_SIZES, Detectability
 from imucal_wizard.diagnose.hypotheses import DISTURBED, visible
 from imucal_wizard.diagnose.posterior import HypothesisSet, Posterior
-from imucal_wizard.diagnose.profile_likelihood import settle, unlikeliness
+from imucal_wizard.diagnose.profile_likelihood import (
+    MIN_MOMENT_DIFFERENCE,
+    settle,
+    unlikeliness,
+)
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.estimate.experiment import Experiment
@@ -36,6 +40,8 @@ MIN_SIZE_IN_ERRORS = 3.0
 """A size is named from so many standard errors on."""
 
 
+FAR_SUSPECTS = 3
+"""Suspects of a large misfit that are fitted to the end, which takes as long as adding each."""
 MAX_LINEAR = 4.0
 """What is left, rms in units of the noise, up to which what the linear model neglects, the squares
 of the errors, is below the noise."""
@@ -143,6 +149,8 @@ class Suspect:
         detectability: the sizes that show in such data, and what noise alone makes of suspects.
         hold: the hold or rotation accused, see ``ResidualTable.item``, of a disturbed one.
         split: what another sensor shows of a model with it.
+        far: the misfit is too large for one step, and this is one of the likeliest suspects: what
+            adding it does is told where the fit arrives.
     """
 
     term: str
@@ -154,6 +162,7 @@ class Suspect:
     detectability: Detectability
     hold: int | None = None
     split: Split | None = None
+    far: bool = False
 
     @cached_property
     def trial(self) -> EffectTrial | None:
@@ -162,12 +171,7 @@ class Suspect:
         None for a disturbed hold.
         """
         tried = self._tried
-        if tried is None:
-            return None
-        if self.log_odds >= MIN_ODDS_SETTLED and self.misfit.lack_of_fit().ratio > MAX_LINEAR:
-            with suppress(DataError):  # one step stays short of where a large effect leads
-                tried = replace(tried, found=self.misfit.fitted_with(tried.candidates))
-        if self.split is None:
+        if tried is None or self.split is None:
             return tried
         return replace(tried, found=with_split(tried.found, self.split))
 
@@ -177,22 +181,31 @@ class Suspect:
         if first is None:
             return None
         begin, known = first.variant, [c for c in self.misfit.candidates if c.term == self.term]
-        # a moment that the data hardly tell is as good as any other
+        # weak evidence does not tell the moment of a step
         moment = first.effect.sudden and self.log_odds >= MIN_ODDS_SETTLED
         if begin is None or not (first.effect.graded or moment):
-            return try_effects(self.misfit, (first,), self.noise)
+            return self._with(first)
         tried: dict[float, EffectTrial] = {}
         scale, setting = (float, float) if moment else (np.log, np.exp)
 
         def unlikely(at: float) -> float:
+            at = round(at, 3) if moment else at
             if at not in tried:
-                candidate = candidate_at(self.misfit, first.effect, float(setting(at)))
-                tried[at] = try_effects(self.misfit, (candidate,), self.noise)
+                tried[at] = self._with(candidate_at(self.misfit, first.effect, float(setting(at))))
             return unlikeliness(tried[at].found)
 
         grid = sorted({float(scale(one.variant)) for one in known if one.variant is not None})
-        settle(unlikely, grid, float(scale(begin)))
+        begin = float(scale(begin))
+        settle(unlikely, grid, begin, *(MIN_MOMENT_DIFFERENCE,) * moment)
         return tried[min(tried, key=unlikely)]
+
+    def _with(self, candidate: Candidate) -> EffectTrial:
+        """The model with the effect at a setting: by one step, or where the fit arrives."""
+        trial = try_effects(self.misfit, (candidate,), self.noise)
+        if self.far:
+            with suppress(DataError):  # a fit that does not converge tells nothing better
+                return replace(trial, found=self.misfit.fitted_with((candidate,)))
+        return trial
 
     @property
     def candidate(self) -> Candidate | None:
@@ -344,7 +357,11 @@ def rank(
             c for c in misfit.candidates if c.term == term and c.variant == best.variant
         )
         found.append(Suspect(term, candidate, odds, misfit, noise, alike[term], known))
-    return tuple(sorted(found, key=lambda suspect: -suspect.log_odds))
+    found.sort(key=lambda suspect: -suspect.log_odds)
+    if misfit.lack_of_fit().ratio > MAX_LINEAR:
+        likely = [one for one in found[:FAR_SUSPECTS] if one.log_odds >= MIN_ODDS_SETTLED]
+        found[: len(likely)] = [replace(one, far=True) for one in likely]
+    return tuple(found)
 
 
 def expected_covariance(

@@ -162,8 +162,8 @@ def _unknown(
 
 
 MIN_PART = 1e-3
-"""Of a pattern against the largest one of an explanation, which at the largest of ``SIZES`` moves
-the rows by less than their noise."""
+"""Size of a pattern over that of the largest one of its explanation, below which it is left out: at
+the largest of ``SIZES`` it still moves the rows by less than their noise."""
 
 
 def _compact(patterns: FloatArray) -> FloatArray:

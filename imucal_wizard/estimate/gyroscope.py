@@ -585,7 +585,7 @@ def motion_of(
         known: circumstances of the holds.
         before: the hold before each rotation, shape (m,).
         samples: of the rotations, n of them.
-        time: when what each of them has read happened, s after the origin, shape (n,).
+        time: that the reading of each of them comes from, s after the origin, shape (n,).
         start: calibration for the rates.
         readings: what the holds were found in.
         origin: time that counts as 0, s.

@@ -106,8 +106,8 @@ class RotationSet:
             turning: those in which the device turns, shape (h,).
 
         Returns:
-            The samples, n of them, which of these were recorded, and when what each one has read
-            happened, s, shapes (n,).
+            The samples, n of them, which of these were recorded, and the time that the reading of
+            each comes from, s, shapes (n,).
         """
         samples = self.samples
         if not turning[np.concatenate([self.before, self.after])].any():
@@ -172,12 +172,14 @@ class RotationSet:
 
 
 def _moments(hold: Hold, count: int, sign: int) -> FloatArray:
-    """Moments that the readings which stand for a hold are of, s, rising, shape (count,).
+    """Times that the constant reading of a hold comes from, s, rising, shape (count,).
 
-    From each moment of the hold to its end: what happens late in it lies in most of these spans.
+    The reading is the mean of all integrals from a time in the hold to its end (``sign`` 1), or
+    from its beginning to a time in it (−1). The weight of a time grows linearly towards the
+    rotation, and the times returned are the quantiles of this weight.
     """
     part = np.sqrt((np.arange(count) + 0.5) / count)
-    if sign < 0:  # to each moment, from the beginning of the hold
+    if sign < 0:
         part = 1.0 - part[::-1]
     return np.asarray(hold.start + part * (hold.end - hold.start))
 

@@ -40,9 +40,10 @@ from imucal_wizard.measurement.holds import Hold
 
 MIN_LONG_REST = 60.0
 """Seconds from which on one rest shows slow noise: twenty averages as long as a hold."""
-MIN_PART_SHARE, MIN_HELD_SHARE = 1.0 / 3.0, 0.9
-"""Of that time: length of a part between gaps that counts, a third of a minute as of holds that
-show slow noise together, and what the parts last in all."""
+MIN_PART_SHARE = 1.0 / 3.0
+"""Of that time: the shortest part between two gaps that counts."""
+MIN_HELD_SHARE = 0.9
+"""Of that time: what the parts have to last together."""
 MAX_MOVED = math.radians(1.0)
 """By which the direction of gravity differs across a gap in a rest: poses differ by more."""
 PIECE = 3.0
@@ -179,16 +180,20 @@ def long_rest(series: Series, holds: Sequence[Hold], matrix: FloatArray) -> Rest
     """
     rate = series.rate
     piece = max(PIECE, MOMENTS * SAMPLES_OF_MOMENT / rate) if rate else math.inf
-    longest = max(_rests_with_gaps(series, holds), key=lambda rest: rest[-1].end - rest[0].start)
     shortest = MIN_LONG_REST / PIECE * piece
-    if longest[-1].end - longest[0].start < shortest:
-        return None
-    parts = [
-        part
-        for one in longest
-        for part in _without_gaps(series, one, piece / MOMENTS)
-        if part[1] - part[0] >= MIN_PART_SHARE * shortest
+    each = [
+        [
+            part
+            for one in rest
+            for part in _without_gaps(series, one, piece / MOMENTS)
+            if part[1] - part[0] >= MIN_PART_SHARE * shortest
+        ]
+        for rest in _rests_with_gaps(series, holds)
+        if rest[-1].end - rest[0].start >= shortest
     ]
+    if not each:
+        return None
+    parts = max(each, key=lambda own: sum(end - start for start, end in own))
     averages = sum(int((end - start) / piece) for start, end in parts)
     joined = max(math.ceil(averages / MOST_AVERAGES), 1)
     counts = [int((end - start) / piece) // joined for start, end in parts]

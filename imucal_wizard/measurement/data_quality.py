@@ -146,8 +146,8 @@ def _copies_in_noise(readings: Readings, together: Sequence[FloatArray], count: 
         return ""
     return (
         f"{plural(count, 'sample')} of {len(readings)} repeat the one before on all axes, which "
-        "noise changes in the others: rows came twice, or the sensor was read before it had "
-        "measured. Where the times do not show it, the angles of rotations are wrong."
+        "noise changes in the others: rows may have come twice, or the sensor was read before "
+        "it had measured. If the times do not show it, the angles of rotations are wrong."
     )
 
 

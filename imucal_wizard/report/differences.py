@@ -225,8 +225,10 @@ def _gravities(files: Sequence[NamedParameters]) -> list[str]:
         return []
     share = number(100.0 * (max(used.values()) / min(used.values()) - 1.0), 2)
     return [
-        f"the calibrations used gravities of {' and '.join(used)} m/s²: this alone makes "
-        f"sensitivities of the accelerometer differ by {share} %"
+        (
+            f"the calibrations used gravities of {' and '.join(used)} m/s²: this alone makes "
+            f"sensitivities of the accelerometer differ by {share} %"
+        )
     ]
 
 

@@ -148,10 +148,10 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         return np.asarray(np.array(self.gyroscope) / np.diff(self.edges)[:, None])
 
     def moments(self, before: HoldMeans, after: HoldMeans) -> FloatArray:
-        """When what lies between the edges happened, s, rising, shape (k + 1,).
+        """Times that the readings of the intervals come from, s, rising, shape (k + 1,).
 
-        A reading that stands for half a hold in which the device turned is of all of it, most of
-        what is near the rotation (see ``RotationSet.between_means``).
+        A constant reading replaces the samples of half a hold in which the device turned. It is a
+        weighted mean over the whole hold (see ``RotationSet.between_means``).
         """
         out = np.array(self.edges)
         lasts = before.end - before.start

@@ -93,9 +93,11 @@ class StreamStatus:
 
     @property
     def few_digits(self) -> bool:
-        """Whether too few decimals are printed to show the noise; whole numbers have none."""
+        """Whether too few decimals are printed to show the noise; counts have none."""
         printed = next((c.unit for c in self.columns if c.channel == "ax"), "")
-        if self.accelerometer_unit == COUNT or not self.digits:
+        if self.accelerometer_unit == COUNT or self.digits is None:
+            return False
+        if not self.digits and not printed:  # whole numbers may be counts
             return False
         last = ACCELERATION_UNITS.get(printed, 1.0) * 10.0**-self.digits
         return bool(last > 10.0 ** (0.5 - MIN_PRINTED_DECIMALS))  # nearest decimal in m/s²

@@ -126,7 +126,7 @@ def test_a_step_inside_a_hold_is_proven_by_the_file(tmp_path: Path) -> None:
 
 
 def test_a_step_of_an_older_file_counts_for_whole_holds(tmp_path: Path) -> None:
-    """A hold is before or after it: the moment half way between two middles may lie in the longer."""
+    """A hold is before or after it: a moment between the middles of two may lie in the longer."""
     report, readings = fitted("bias-step:20:x", poses="18", seed=4, rotations=6)
     benches = Benches(report, readings)
     benches.accelerometer.add("bias-step")

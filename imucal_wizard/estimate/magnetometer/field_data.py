@@ -48,8 +48,8 @@ MIN_ROUNDING_SHARE = 0.01
 PLACE_STEPS = 0.5
 """Steps by which a calibration through rounded rests may be wrong in one direction."""
 TURNING_WEIGHT = 1e-6
-"""Of the directions passed in a turn, against that of a rest beside them: where a group has none,
-its mean direction stands for it."""
+"""Weight of a direction in a turn against one at rest, in the mean direction of a group: it decides
+only where the group has no rest."""
 PASSING_SECONDS = 15.0
 """A disturbance that lasts longer is the room or the sensor: it is fitted and judged."""
 
