@@ -251,7 +251,7 @@ class _NewestRows:
         if self._end + len(rows) > len(self._rows):
             kept = self._rows[max(self._begin, self._end - self._compared) : self._end]
             grown = np.empty((2 * self._compared, rows.shape[1]))
-            grown[: len(kept)] = kept
+            grown[: len(kept)] = kept.reshape(-1, rows.shape[1])
             self._rows, self._begin, self._end = grown, 0, len(kept)
         self._rows[self._end : self._end + len(rows)] = rows
         self._end += len(rows)
