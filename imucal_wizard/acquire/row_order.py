@@ -6,18 +6,20 @@ break is within the time, ``21`` + ``21.345`` becomes 2121 s. The clock of a dev
 goes back, too, but the next rows go on from there.
 """
 
-from collections import deque
+from bisect import bisect_left, bisect_right
 
 import numpy as np
 
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray
 
 LATE_ROWS = 8
 """Rows after one of an unusual step that show what the step is: a restart, lost samples, a wrong
 time, or rows in exchanged order."""
 COPY_SECONDS = 5.0
 """Seconds of newest rows with which a row whose time goes back is compared: buffers hold less."""
+_HELD_SECONDS = 0.5
+"""s; a slow stream waits no longer after lost samples, with fewer rows than ``LATE_ROWS``."""
 _SCANNED_ROWS = 256
 """Rows whose steps are looked at again after each one of an unusual step."""
 
@@ -25,13 +27,13 @@ _SCANNED_ROWS = 256
 class RowOrder:
     """Gives the rows in the order of their times, each once.
 
-    Rows whose steps are usual pass at once. A row after an unusual step waits for the next
+    Rows whose steps are usual pass at once. A row after an unusual step waits for at most
     ``LATE_ROWS``, so the result does not depend on how the rows were divided.
 
     Args:
         place: the column of the time.
         limit: the largest usual step, in ticks.
-        compared: number of newest rows with which a row whose time goes back is compared.
+        compared: number of rows in ``COPY_SECONDS``.
         coarse: whether equal times are normal, because the time is coarser than the sampling.
 
     Attributes:
@@ -46,9 +48,10 @@ class RowOrder:
         self._place = place
         self._limit = limit
         self._coarse = coarse
-        self._compared = compared
-        self._newest: deque[FloatArray] = deque()
-        self._kept = 0
+        self._held = min(LATE_ROWS, max(1, int(compared * _HELD_SECONDS / COPY_SECONDS)))
+        self._newest = _NewestRows(place, compared)
+        self._copying = False
+        self._before: FloatArray | None = None
         self._waiting: FloatArray | None = None
         self.wrong = 0
         self.late = 0
@@ -73,113 +76,184 @@ class RowOrder:
         Args:
             values: shape (n, columns), finite in the column of the time.
         """
-        return self._ordered(values, LATE_ROWS)
+        if not len(values):
+            return values
+        values = values if self._coarse else self._without_repeats(values)
+        return self._ordered(values, ended=False)
 
     def flush(self) -> FloatArray:
         """The rows that still wait, at the end of the stream."""
-        return self._ordered(None, 0)
+        if self._before is None:
+            return np.zeros((0, self._place + 1))
+        return self._ordered(self._before[:0], ended=True)
 
-    def _ordered(self, values: FloatArray | None, needed: int) -> FloatArray:
+    def _without_repeats(self, values: FloatArray) -> FloatArray:
+        """Without the rows that equal the one before."""
+        before = values[:0] if self._before is None else self._before
+        bits = np.ascontiguousarray(np.concatenate((before, values))).view(np.int64)
+        repeated = np.zeros(len(values), np.bool_)
+        repeated[1 - len(before) :] = (bits[1:] == bits[:-1]).all(axis=1)
+        self.copies += int(repeated.sum())
+        return values[~repeated] if repeated.any() else values
+
+    def _ordered(self, values: FloatArray, *, ended: bool) -> FloatArray:
         """Rows in order, until one that has to wait for more rows than came after it."""
+        if len(values):
+            self._before = values[-1:]
         if self._waiting is not None:
-            values = self._waiting if values is None else np.concatenate((self._waiting, values))
+            values = np.concatenate((self._waiting, values))
             self._waiting = None
-        if values is None:
-            return self._newest[-1][:0] if self._newest else np.zeros((0, self._place + 1))
-        if not len(values):
-            return values
-        if self._usual(values) == len(values):
+        if len(values) and self._usual(values) == len(values):
             return self._accepted(values)
         done = [values[:0]]
-        while len(values):
-            usual = self._usual(values[:_SCANNED_ROWS])
+        head, tail = values[:_SCANNED_ROWS], values[_SCANNED_ROWS:]
+        while True:
+            if len(head) <= LATE_ROWS and len(tail):
+                head = np.concatenate((head, tail[:_SCANNED_ROWS]))
+                tail = tail[_SCANNED_ROWS:]
+            usual = self._usual(head) if len(head) else 0
             if usual:
-                done.append(self._accepted(values[:usual]))
-                values = values[usual:]
+                done.append(self._accepted(head[:usual]))
+                head = head[usual:]
                 continue
-            values = self._without_copies(values)
-            if len(values) <= needed and not self._at_once(values):
+            left = self._decided(head, done, ended=ended) if len(head) else None
+            if left is None:
                 break
-            values = self._decided(values, done)
-        self._waiting = values if len(values) else None
+            head = left
+        self._waiting = head if len(head) else None
         return np.concatenate(done)
 
     def _accepted(self, rows: FloatArray) -> FloatArray:
-        newest = rows[-self._compared :]
-        self._newest.append(newest)
-        self._kept += len(newest)
-        while self._kept - len(self._newest[0]) >= self._compared:
-            self._kept -= len(self._newest.popleft())
+        self._newest.add(rows)
+        self._copying = False
         return rows
 
     def _usual(self, values: FloatArray) -> int:
         """Number of rows until one after an unusual step."""
         ticks = values[:, self._place]
-        before = self._newest[-1][-1] if self._newest else None
-        steps = np.diff(ticks, prepend=ticks[0] if before is None else before[self._place])
+        steps = np.empty(len(ticks))
+        steps[0] = ticks[0] - self._newest.time if len(self._newest) else self._limit
+        steps[1:] = ticks[1:] - ticks[:-1]
         odd = (steps < 0.0) | (steps > self._limit)
         if not self._coarse:
-            odd |= (steps == 0.0) & (before is not None or np.arange(len(steps)) > 0)
-        return int(odd.argmax()) if odd.any() else len(values)
+            odd |= steps == 0.0
+            odd[0] &= len(self._newest) > 0
+        first = int(odd.argmax())
+        return first if odd[first] else len(values)
 
-    def _without_copies(self, values: FloatArray) -> FloatArray:
-        """Without the next rows that are among the newest; as many others as a decision needs."""
-        ticks = values[:, self._place]
-        if (ticks[: LATE_ROWS + 1] > self._newest[-1][-1, self._place]).all():
-            return values
-        newest = np.concatenate(self._newest)
-        kept, others = np.ones(len(values), np.bool_), 0
-        for row in range(len(values)):
-            step = ticks[row] - newest[-1, self._place]
-            if (step < 0.0 or (step == 0.0 and not self._coarse)) and _contains(
-                newest, values[row], self._place
-            ):
-                kept[row] = False
-            else:
-                others += 1
-            if others > LATE_ROWS:
-                break
-        self.copies += int(np.sum(~kept))
-        return values if kept.all() else values[kept]
+    def _decided(
+        self, head: FloatArray, done: list[FloatArray], *, ended: bool
+    ) -> FloatArray | None:
+        """The rows after the first one is accepted or dropped, or after they are sorted.
 
-    def _at_once(self, values: FloatArray) -> bool:
-        """Whether the first row has the time of the one before and needs no others."""
-        return len(values) > 0 and bool(values[0, self._place] == self._newest[-1][-1, self._place])
-
-    def _decided(self, values: FloatArray, done: list[FloatArray]) -> FloatArray:
-        """The rows after the first one is accepted or dropped, or after they are sorted."""
-        before = float(self._newest[-1][-1, self._place])
-        first, *_ = near = values[: LATE_ROWS + 1, self._place]
-        after = near[1:]
-        if first < before and self._returns(before, first, after):
+        None if that needs more rows.
+        """
+        step = float(head[0, self._place]) - self._newest.time
+        copied = self._copied(head)
+        if copied:
+            self.copies += copied
+            return head[copied:]
+        needed = 0 if step == 0.0 else LATE_ROWS if step < 0.0 else self._held
+        if len(head) <= needed and not ended:
+            return None
+        near, far = head[: needed + 1], head[needed + 1 :]
+        copies = self._copies(near)
+        if copies.any():
+            self._copying = True
+            self.copies += int(copies.sum())
+            return np.concatenate((near[~copies], far))
+        first, *others = near[:, self._place].tolist()
+        if step < 0.0 and self._returns(first, others):
             self.wrong += 1
-            return values[1:]
-        reset = after < before
-        between = after[: reset.argmax() if reset.any() else None] < first
-        late = int(between.sum())
-        if first <= before or not late:
-            done.append(self._accepted(values[:1]))
-            return values[1:]
-        steps = after - first
-        goes_on = bool(((steps > 0.0) & (steps <= self._limit)).any())
-        if not goes_on and first - before > (late + 1) * self._limit:
+            return head[1:]
+        late = self._late(first, others) if step > 0.0 else []
+        if not late:
+            done.append(self._accepted(head[:1]))
+            return head[1:]
+        goes_on = any(0.0 < after - first <= self._limit for after in others)
+        if not goes_on and step > (len(late) + 1) * self._limit:
             self.wrong += 1  # the others go on from the row before it
-            return values[1:]
-        self.late += late
-        mixed = int(np.flatnonzero(between)[-1]) + 2
-        order = np.argsort(near[:mixed], kind="stable")
-        return np.concatenate((values[order], values[mixed:]))
+            return head[1:]
+        self.late += len(late)
+        mixed = late[-1] + 2
+        order = np.argsort(near[:mixed, self._place], kind="stable")
+        return np.concatenate((near[order], near[mixed:], far))
 
-    def _returns(self, before: float, first: float, after: FloatArray) -> bool:
+    def _copied(self, head: FloatArray) -> int:
+        """Number of rows until one that needs others to be called a copy, or is none."""
+        for i, row in enumerate(head):
+            step = row[self._place] - self._newest.time
+            sure = (step < 0.0 and self._copying) or (step == 0.0 and not self._coarse)
+            if not sure or row not in self._newest:
+                return i
+        return len(head)
+
+    def _copies(self, near: FloatArray) -> BoolArray:
+        """Which of these rows are copies of newest ones.
+
+        After a restart, coarse readings may equal those of the same time before it. So rows that
+        go back count as copies only together, if they are not all of the same readings.
+        """
+        ticks = near[:, self._place]
+        back = ticks < self._newest.time if self._coarse else ticks <= self._newest.time
+        copies = np.array([b and row in self._newest for b, row in zip(back, near, strict=True)])
+        alone = int(back.sum()) == 1 and not back[-1]  # the next row goes on from before
+        readings = np.delete(near[copies], self._place, axis=1)
+        varied = len({row.tobytes() for row in readings}) > 1
+        if self._copying or ((alone or varied) and (copies == back).all()):
+            return copies
+        return np.zeros(len(near), np.bool_)
+
+    def _late(self, first: float, others: list[float]) -> list[int]:
+        """Which of the others belong before the first one."""
+        before = self._newest.time
+        reset = next((i for i, after in enumerate(others) if after < before), len(others))
+        return [i for i, after in enumerate(others[:reset]) if after < first]
+
+    def _returns(self, first: float, others: list[float]) -> bool:
         """Whether the time went back for a few rows only, and goes on from before."""
-        above = np.flatnonzero(after >= before)
-        if not len(above):
+        before = self._newest.time
+        rows = next((i for i, after in enumerate(others) if after >= before), None)
+        if rows is None:
             return False
-        rows = int(above[0])
+        steps = np.diff([first, *others[: rows + 1]])
+        if rows and bool(((steps > 0.0) & (steps <= self._limit)).all()):
+            return False  # a restart or a wrap soon after the one before
         usual = (rows + 1) * self._limit
-        return bool(after[rows] - before <= max(usual, 0.0 if rows else before - first))
+        return others[rows] - before <= max(usual, 0.0 if rows else before - first)
 
 
-def _contains(rows: FloatArray, row: FloatArray, place: int) -> bool:
-    same = rows[rows[:, place] == row[place]]
-    return bool(((same == row) | (np.isnan(same) & np.isnan(row))).all(axis=1).any())
+class _NewestRows:
+    """The newest rows since the time last went back, so their times never decrease."""
+
+    def __init__(self, place: int, compared: int) -> None:
+        self._place = place
+        self._compared = max(1, compared)
+        self._rows = np.zeros((0, place + 1))
+        self._begin = self._end = 0
+        self.time = -np.inf
+        """Time of the newest row."""
+
+    def __len__(self) -> int:
+        return self._end - self._begin
+
+    def __contains__(self, row: FloatArray) -> bool:
+        time, ticks = row[self._place], self._rows[:, self._place]
+        first = bisect_left(ticks, time, self._begin, self._end)
+        same = self._rows[first : bisect_right(ticks, time, first, self._end)].view(np.int64)
+        return bool((same == row.view(np.int64)).all(axis=1).any())
+
+    def add(self, rows: FloatArray) -> None:
+        """Add rows in order; those before a step back are forgotten."""
+        if rows[0, self._place] < self.time:
+            self._begin = self._end
+        rows = rows[-self._compared :]
+        if self._end + len(rows) > len(self._rows):
+            kept = self._rows[max(self._begin, self._end - self._compared) : self._end]
+            grown = np.empty((2 * self._compared, rows.shape[1]))
+            grown[: len(kept)] = kept.reshape(-1, rows.shape[1])
+            self._rows, self._begin, self._end = grown, 0, len(kept)
+        self._rows[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+        self._begin = max(self._begin, self._end - self._compared)
+        self.time = float(rows[-1, self._place])

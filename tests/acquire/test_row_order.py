@@ -1,5 +1,6 @@
 """Rows come in the order of their times, each once; those of a wrong time are left out."""
 
+import time
 from collections.abc import Sequence
 
 import numpy as np
@@ -37,13 +38,58 @@ def test_a_time_that_stands_alone_is_left_out() -> None:
         (1, 2, 50, 90, 91),  # twice in a row
         (100, 101, 0, 1, 2),  # a restart
         (254, 255, 0, 1, 2),  # a wrap
+        *[[i % n for i in range(60)] for n in range(3, 10)],  # a wrap after a few rows
+        [i * 10 % 65.536 / 10 for i in range(3000)],  # microseconds of 16 bits
+        (*range(7), *range(20)),  # a restart soon after the beginning
         (1, 2, 2, 3, 3, 4),  # a coarse clock
         (1, 2, 3, 50),  # the last sample of all
     ],
 )
-def test_an_honest_step_stays(ticks: tuple[float, ...]) -> None:
+def test_an_honest_step_stays(ticks: Sequence[float]) -> None:
     """The sample after it goes on from it."""
     assert whole(*ticks) == list(ticks)
+
+
+@pytest.mark.parametrize(
+    "ticks",
+    [
+        [*range(30), *range(40)],  # the whole recording again
+        [*range(5, 35), *range(40)],
+        [*range(100, 130), *range(70, 140)],  # to less than five seconds before
+        [i % 16 for i in range(60)],
+        [i * 10 % 65.536 / 10 for i in range(500)],
+    ],
+)
+@pytest.mark.parametrize("kinds", [1, 2, 3])
+def test_a_restart_or_wrap_loses_no_rows_whose_readings_repeat(
+    ticks: list[float], kinds: int
+) -> None:
+    """Coarse readings of a device at rest are equal at the same time before and after."""
+    values = np.random.default_rng(7).integers(kinds, size=len(ticks)).tolist()
+    assert whole(*ticks, values=values) == ticks
+
+
+def test_rows_that_come_twice_cost_little_each() -> None:
+    """Rows are compared with those of the same time only."""
+    ticks = np.arange(60_000.0)
+    rows = np.column_stack([ticks, np.random.default_rng(8).normal(size=(len(ticks), 6))])
+    blocks = rows.reshape(-1, 30, 7)
+    for twice in (np.repeat(rows, 2, axis=0), np.concatenate((blocks, blocks), axis=1)):
+        order = RowOrder(0, LIMIT, 500)
+        begin = time.process_time()
+        found = np.concatenate((order.feed(twice.reshape(-1, 7)), order.flush()))
+        assert time.process_time() - begin < 6.0
+        np.testing.assert_array_equal(found, rows)
+        assert order.copies == len(rows)
+
+
+@pytest.mark.parametrize(("rate", "held"), [(2, 1), (10, 5), (100, 8)])
+def test_lost_samples_hold_a_slow_stream_for_half_a_second(rate: int, held: int) -> None:
+    """A fast one for eight samples."""
+    order = RowOrder(0, LIMIT, 5 * rate)
+    ticks = [*range(20), *range(21, 40)]
+    passed = [len(order.feed(np.array([[float(t), t]]))) for t in ticks]
+    assert passed == [1] * 20 + [0] * held + [held + 1] + [1] * (18 - held)
 
 
 @pytest.mark.parametrize(
@@ -106,6 +152,6 @@ def test_bytes_lost_within_two_times_cost_these_samples_and_no_more() -> None:
     lost = whole_stream[:start] + whole_stream[whole_stream.index("\n21.600,") + 1 :]
     intake = Intake()
     times = [r.accelerometer.time for r in (intake.feed(lost.encode(), 0.0), intake.flush()) if r]
-    time = np.concatenate(times)
-    assert time[-1] - time[0] == pytest.approx(3.99)
+    found = np.concatenate(times)
+    assert found[-1] - found[0] == pytest.approx(3.99)
     assert (intake.lost, intake.malformed) == (11, 1)
