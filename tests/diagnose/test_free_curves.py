@@ -234,7 +234,7 @@ def test_a_curve_that_was_not_offered_can_be_added_by_hand() -> None:
             "standard",
             "missing code",
             1,
-            "the field along x only: changing between 21",
+            "the field along x only: sharp at 26",
         ),
     ],
 )
