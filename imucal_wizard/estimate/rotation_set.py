@@ -24,7 +24,7 @@ from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
 from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
 from imucal_wizard.measurement.gaps import error_across_gaps
-from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.holds import Hold, Rotation, times_in_hold
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -123,7 +123,7 @@ class RotationSet:
                 ahead = len(until)
                 time = np.append(time[0] - until[::-1], time)
                 reading = np.vstack([np.tile(mean, (ahead, 1)), reading])
-                happened.insert(-1, _moments(holds[self.before[place]], ahead, 1))
+                happened.insert(-1, _times_of(holds[self.before[place]], ahead, 1))
             if turning[self.after[place]]:
                 own = slice(ahead, None)
                 hold = holds[self.after[place]]
@@ -131,7 +131,7 @@ class RotationSet:
                 behind = len(until)
                 time = np.append(time, time[-1] + until)
                 reading = np.vstack([reading, np.tile(mean, (behind, 1))])
-                happened.append(_moments(hold, behind, -1))
+                happened.append(_times_of(hold, behind, -1))
             times.append(time)
             readings.append(reading)
             recorded.append(np.repeat([False, True, False], [ahead, past - first, behind]))
@@ -171,17 +171,10 @@ class RotationSet:
         )
 
 
-def _moments(hold: Hold, count: int, sign: int) -> FloatArray:
-    """Times that the constant reading of a hold comes from, s, rising, shape (count,).
-
-    The reading is the mean of all integrals from a time in the hold to its end (``sign`` 1), or
-    from its beginning to a time in it (−1). The weight of a time grows linearly towards the
-    rotation, and the times returned are the quantiles of this weight.
-    """
-    part = np.sqrt((np.arange(count) + 0.5) / count)
-    if sign < 0:
-        part = 1.0 - part[::-1]
-    return np.asarray(hold.start + part * (hold.end - hold.start))
+def _times_of(hold: Hold, count: int, sign: int) -> FloatArray:
+    """Times for so many samples of equal weight, rising, shape (count,)."""
+    part = (np.arange(count) + 0.5) / count
+    return times_in_hold(hold.start, hold.end, part, sign)
 
 
 def _to_mean(

@@ -743,3 +743,20 @@ class HoldBuilder:
     def drop(self) -> None:
         """Drop the current run and the blocks before it."""
         self._blocks, self._windows, self._run = [], [], None
+
+
+def times_in_hold(start: float, end: float, part: FloatArray, sign: int) -> FloatArray:
+    """Times that the constant reading of a hold comes from, s, shape (n,).
+
+    The reading is the mean of all integrals from a time in the hold to its end (``sign`` 1), or
+    from its beginning to a time in it (−1). The weight of a time grows linearly towards the
+    rotation.
+
+    Args:
+        start: of the hold, s.
+        end: of the hold, s.
+        part: of the weight that lies before each time, 0 to 1, shape (n,).
+        sign: 1 before a rotation, −1 after it.
+    """
+    place = np.sqrt(part) if sign > 0 else 1.0 - np.sqrt(1.0 - part)
+    return np.asarray(start + place * (end - start))

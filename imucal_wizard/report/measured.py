@@ -23,7 +23,7 @@ from imucal_wizard.core.quaternions import matrices, quaternions
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.measurement.holds import Hold, Rotation, times_in_hold
 
 if TYPE_CHECKING:  # imported where a rate table turned the device
     from imucal_wizard.estimate.table_steps import TableTurn
@@ -158,12 +158,12 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         if before.end - out[0] > HALF_A_HOLD * lasts:
             own = out < before.end
             part = (out[own] - out[0]) / (before.end - out[0])
-            out[own] = before.start + np.sqrt(part) * lasts
+            out[own] = times_in_hold(before.start, before.end, part, 1)
         lasts, last = after.end - after.start, self.edges[-1]
         if last - after.start > HALF_A_HOLD * lasts:
             own = out > after.start
-            part = (last - out[own]) / (last - after.start)
-            out[own] = after.end - np.sqrt(part) * lasts
+            part = (out[own] - after.start) / (last - after.start)
+            out[own] = times_in_hold(after.start, after.end, part, -1)
         return out
 
     def attitudes(self, rates: FloatArray) -> FloatArray:
