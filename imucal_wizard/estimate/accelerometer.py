@@ -369,7 +369,8 @@ def accelerometer_experiment(
         DataError: the holds do not determine a calibration.
     """
     found = first_fit(holds, gravity, unit)
-    identified, noise = found.experiment.identified, hold_noise(holds)
+    identified, system = found.experiment.identified, found.system
+    noise = hold_noise(holds).bounded(system.residual / found.experiment.gain, system.columns)
     args = holds, gravity, unit, found.calibration, identified, noise, readings
     return AccelerometerExperiment(*args)
 

@@ -1,12 +1,13 @@
 """The noise of a hold's average, for weights and for the floor that no model can go below."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from imucal_wizard.core.readings import MAX_READING, BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median, sphere_through
+from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, complement, median, sphere_through
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.measurement.holds import Hold
@@ -49,10 +50,33 @@ class HoldNoise:
         accelerometer: variance of each hold's average along gravity, reading units², shape (n,).
         across: the same of each of the two components across gravity, which a hand that trembles
             turns far more than it changes the magnitude, shape (n,).
+        held: a hand holds the device, so that most of the noise is motion.
     """
 
     accelerometer: FloatArray
     across: FloatArray
+    held: bool = False
+
+    def bounded(self, errors: FloatArray, columns: FloatArray) -> "HoldNoise":
+        """The same, where a hand holds the device at most what the fit leaves.
+
+        What accelerates a sensor off the centre of a hand's sway is the change of a bounded
+        velocity: it has less power at the frequency zero, which the mean shows, than at the lowest
+        ones within a hold. A misfit makes what is left larger, which changes nothing.
+
+        Args:
+            errors: what a fit leaves along gravity, reading units, shape (n,).
+            columns: derivatives of the errors by what was fitted, shape (n, p).
+        """
+        across = complement(columns)
+        freedom = across.shape[1]
+        # the mean of a variance of which so many degrees of freedom are seen, with a flat prior of
+        # its logarithm, needs three
+        if not self.held or freedom < 3 or not (self.accelerometer > 0.0).all():
+            return self
+        left, spread = across.T @ errors, across.T * self.accelerometer @ across
+        share = float(left @ np.linalg.solve(spread, left)) / (freedom - 2)
+        return replace(self, accelerometer=min(share, 1.0) * self.accelerometer)
 
 
 def has_rate(hold: Hold) -> bool:
@@ -76,7 +100,7 @@ def hold_noise(holds: Sequence[Hold]) -> HoldNoise:
     if _trembling(along, across, freedom):
         along = shrunk(along * times, freedom) / times
         across = shrunk(across * times, 2 * freedom) / times
-        return HoldNoise(along, across)
+        return HoldNoise(along, across, held=True)
     # one number of a hold, which is better known, but for those in which the device swayed
     both = (along + 2.0 * across) / 3.0 * times
     each = _samples_alone(holds)

@@ -11,7 +11,14 @@ from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.directions import group_directions
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.distributions import exceeded, outside, quantile, two_sided
-from imucal_wizard.estimate.noise import has_rate, hold_noise, log_moments, rate_noise, rest_of
+from imucal_wizard.estimate.noise import (
+    HoldNoise,
+    has_rate,
+    hold_noise,
+    log_moments,
+    rate_noise,
+    rest_of,
+)
 from imucal_wizard.estimate.outliers import FALSE_ALARM, Outlier, outlier
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.measurement.blocks import BlockCutter
@@ -399,6 +406,25 @@ def test_a_hand_that_trembles_turns_gravity_more_than_it_changes_it() -> None:
     assert noise.across == pytest.approx(np.full(120, 9.0 * 0.2), rel=0.25)
     still = [replace(one, accelerometer_covariance=np.eye(3)) for one in holds]
     assert (hold_noise(still).across == hold_noise(still).accelerometer).all()
+
+
+def test_noise_of_a_hand_is_at_most_what_the_fit_leaves() -> None:
+    """The mean shows less of a sway than its lowest frequencies; misfits and tables change nothing.
+
+    Of 120 holds, with three directions fitted, the variance is found within a fifth, which is 1.5
+    of its standard errors, and more than 117 degrees of freedom leave cannot come from less noise.
+    """
+    rng = np.random.default_rng(15)
+    columns, told = rng.standard_normal((120, 3)), rng.uniform(0.5, 2.0, 120)
+    held = HoldNoise(told, 5.0 * told, held=True)
+    errors = 0.5 * np.sqrt(told) * rng.standard_normal(120) + columns @ [3.0, -2.0, 1.0]
+    assert held.bounded(errors, columns).accelerometer == pytest.approx(0.25 * told, rel=0.2)
+    assert (held.bounded(errors, columns).across == held.across).all()
+    assert (held.bounded(4.0 * errors, columns).accelerometer == told).all()
+    few = HoldNoise(told[:5], told[:5], held=True)
+    assert few.bounded(errors[:5], columns[:5]) is few
+    on_table = HoldNoise(told, told)
+    assert on_table.bounded(errors, columns) is on_table
 
 
 @pytest.mark.parametrize("offset", [0.0, 32768.0])
