@@ -91,6 +91,7 @@ class WhitenedResiduals:
         noise: variance of the independent rows by noise alone, shape (n,).
         independent: how independent rows come from the measured ones.
         candidates: the effects that are not in the model.
+        settings: how many settings of effects in the model the data chose.
     """
 
     minimum: Minimum[Experiment]
@@ -109,6 +110,7 @@ class WhitenedResiduals:
     noise: FloatArray
     independent: Decorrelation
     candidates: tuple[Candidate, ...]
+    settings: int = 0
 
     def __len__(self) -> int:
         return len(self.residual)
@@ -144,18 +146,21 @@ class WhitenedResiduals:
 
     def lack_of_fit(self) -> LackOfFit:
         """Whether measured noise makes what is left."""
-        return lack_of_fit(self.residual, self.base, self.sigma, self.visits)
+        return self._lack(self.base, self.visits)
 
     def lack_beside(self, columns: FloatArray) -> LackOfFit:
         """The same with these whitened columns in the model, shape (n, k)."""
         wider = np.column_stack([self.base, columns])
-        return lack_of_fit(self.residual, wider, self.sigma, self.visits)
+        return self._lack(wider, self.visits)
 
     def lack_without(self, items: Sequence[int], columns: FloatArray) -> LackOfFit:
         """The same without the rows that some holds or rotations spoil."""
         out = self.table.spoilt(items)
         wider = np.column_stack([self.without(out).base, columns])
-        return lack_of_fit(self.residual, wider, self.sigma, self.visits.without(out))
+        return self._lack(wider, self.visits.without(out))
+
+    def _lack(self, columns: FloatArray, visits: Visits) -> LackOfFit:
+        return lack_of_fit(self.residual, columns, self.sigma, visits, self.settings)
 
     def without(self, out: BoolArray) -> "WhitenedResiduals":
         """What is left of the other rows.
@@ -240,6 +245,7 @@ def whitened_rows(
                 for variant in effect.variants(experiment.circumstances)
             ],
         ),
+        settings=of_effects.settings(without),
     )
     return misfit.without(table.indifferent) if table.indifferent.any() else misfit
 

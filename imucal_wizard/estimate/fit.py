@@ -395,6 +395,7 @@ def residual_table(found: Minimum[Experiment], out: FloatArray | None = None) ->
         variance=found.balance.variance,
         own=found.system.own,
         independent=independent,
+        settings=found.terms.settings(),
     )
 
 

@@ -119,7 +119,11 @@ class Visits:
 
 
 def lack_of_fit(
-    residual: FloatArray, columns: FloatArray, sigma: FloatArray, visits: Visits
+    residual: FloatArray,
+    columns: FloatArray,
+    sigma: FloatArray,
+    visits: Visits,
+    settings: int = 0,
 ) -> LackOfFit:
     """Test what a model leaves.
 
@@ -128,10 +132,12 @@ def lack_of_fit(
         columns: its derivative by the parameters of the model, shape (n, p).
         sigma: noise within the holds of each row, in its unit, shape (n,).
         visits: which rows repeat one another.
+        settings: how many settings of effects (a moment, a time constant) the data chose: where
+            the best one is taken each explains as much as a parameter.
     """
     known = visits.freedom
     squares, rank = squares_left(residual, columns)
-    freedom = len(residual) - rank
+    freedom = len(residual) - rank - settings
     if freedom <= 0:
         return LackOfFit(0.0, 1.0)
     ratio = squares / freedom
@@ -169,7 +175,8 @@ def lack_without(table: ResidualTable, rows: IntArray) -> LackOfFit:
     # an error of its own for each of these rows takes them out
     columns = table.whitened(np.column_stack([table.columns, np.eye(len(table))[:, out]]))
     residual = table.whitened(table.residual)
-    return lack_of_fit(residual, columns, table.floor, Visits.of(table).without(out))
+    visits = Visits.of(table).without(out)
+    return lack_of_fit(residual, columns, table.floor, visits, table.settings)
 
 
 def squares_left(residual: FloatArray, columns: FloatArray) -> tuple[float, int]:

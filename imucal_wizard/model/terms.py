@@ -70,6 +70,10 @@ class Terms:
         """Sizes (…, p) term by term."""
         return tuple(sizes[..., group] for group in self.groups)
 
+    def settings(self, without: Sequence[str] = ()) -> int:
+        """How many settings the data chose, but for those of some effects."""
+        return sum(one.variant is not None and one.name not in without for one in self.terms)
+
     def within_gauge(self, covariance: FloatArray) -> FloatArray:
         """Covariance of the sizes, (p, p), without what they have by convention only."""
         kept = np.eye(len(self))

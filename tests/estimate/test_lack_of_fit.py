@@ -96,3 +96,24 @@ def test_the_noise_within_holds_has_at_least_the_freedom_that_is_said(poses: int
     assert np.mean(found) == pytest.approx(1.0, abs=0.03)
     assert freedom > WITHIN_FREEDOM * (1.0 - 2.5 * np.sqrt(2.0 / count))
     assert freedom < 12.0
+
+
+@pytest.mark.parametrize("settings", [0, 1])
+def test_a_setting_that_the_data_chose_counts_as_a_parameter(settings: int) -> None:
+    """A decay whose time constant fits best explains as much of the noise as two parameters.
+
+    Uncounted, the chance is too large: a model that lacks something is called complete.
+    """
+    rng, count, time = np.random.default_rng(7), 12, np.linspace(0.0, 1.0, 12)
+    decays = np.exp(-time / np.geomspace(0.1, 1.0, 401)[:, None])
+    shapes = [np.column_stack([np.ones(count), one]) for one in decays]
+    inside = np.array([np.linalg.qr(one)[0] for one in shapes])
+    alone = np.zeros(count, bool)
+    visits = Visits(alone, np.arange(count), np.arange(count), np.ones(count), EXACT_FREEDOM)
+    chances = []
+    for _ in range(1000):
+        left = 20.0 * decays[200] + rng.normal(size=count)
+        best = int(np.argmax(((left @ inside) ** 2).sum(axis=1)))
+        found = lack_of_fit(left, shapes[best], np.ones(count), visits, settings)
+        chances.append(found.p)
+    assert bool(kstest(chances, "uniform").pvalue > 0.01) is (settings == 1)

@@ -34,6 +34,7 @@ class ResidualTable:
         variance: of each independent row as the fit found it, shape (n,).
         own: variance of each independent row by measured noise alone, shape (n,).
         independent: how independent rows come from these.
+        settings: how many settings of effects the data chose.
     """
 
     sources: tuple[RowSource, ...]
@@ -47,6 +48,7 @@ class ResidualTable:
     variance: FloatArray
     own: FloatArray
     independent: Decorrelation
+    settings: int = 0
 
     def __len__(self) -> int:
         return len(self.residual)
