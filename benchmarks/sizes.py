@@ -73,7 +73,7 @@ SHARES = {SEEN: 0.95, NAMED: 0.90}
 RIGHT_SIZE = 1.2
 """Reported over found, or found over reported, up to which a size is right."""
 REACH = 6.0
-"""Largest size looked at, over the one hidden, and the smallest under it."""
+"""Largest size looked at, over the one told of the device, and the smallest under it."""
 HALVINGS = 7
 """Of the range of sizes between these two: to 2 %."""
 
@@ -253,17 +253,20 @@ def least_sizes(
         wrong.append(bool({*families} - {family}))
         return families == (family,)
 
-    sizes = {what: size * least_factor(met) for what, met in ((SEEN, seen), (NAMED, named))}
+    sizes = {}
+    for what, met in ((SEEN, seen), (NAMED, named)):
+        told = float(usual[what][place])
+        sizes[what] = size * least_factor(met, told / size if np.isfinite(told) else 1.0)
     return Least(place, sizes, any(wrong))
 
 
-def least_factor(met: Callable[[float], bool]) -> float:
-    """The factor from which on a rule is met, at most ``REACH`` and at least its inverse."""
+def least_factor(met: Callable[[float], bool], near: float) -> float:
+    """The factor from which on a rule is met, within ``REACH`` times what it is told to be."""
     low, high = -1.0, 1.0
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if met(REACH**middle) else (middle, high)
-    return float(REACH ** (0.5 * (low + high)))
+        low, high = (low, middle) if met(near * REACH**middle) else (middle, high)
+    return float(near * REACH ** (0.5 * (low + high)))
 
 
 @dataclass(frozen=True, eq=False)

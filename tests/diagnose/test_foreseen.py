@@ -85,7 +85,7 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool
         def at(factor: float, each: FloatArray = each) -> bool:
             return met(known.frame.across @ (factor * shown + each))
 
-        found.append(least_factor(at))
+        found.append(least_factor(at, 1.0))
     return Compared(
         what, np.ones((RECORDINGS, 1)), np.array(found), np.ones((RECORDINGS, 2, 1))
     ).may_be_right
