@@ -16,7 +16,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.estimate.experiment import Beside, Directions, Experiment
 from imucal_wizard.estimate.fit import Minimum, minimum
 from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
-from imucal_wizard.estimate.noise import HoldNoise, hold_noise, own_noise
+from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
@@ -341,16 +341,21 @@ class AccelerometerExperiment(Experiment):
         """
         left_open = np.zeros((len(up), 3, 0)) if left_open is None else left_open
         modes, most = undetermined_modes(up, basis), hidden / self.gravity * np.ones(len(up))
+        across, along = (
+            (one + excess) / self.gravity**2 + most**2 / 3.0
+            for one in (self.across, self.source.noise)
+        )
         return GravityReference(
             up,
             self.source.labels.group,
-            (self.across + excess) / self.gravity**2 + most**2 / 3.0,
+            across,
             np.concatenate([doubt, left_open, up_changes(up, modes)], axis=2),
             self.gain,
             self.gravity,
             left_open.shape[2] + modes.shape[1],
             left_open.shape[2],
             most,
+            np.minimum(along, across) if self.noise.held else np.zeros(0),
         )
 
 
@@ -370,7 +375,8 @@ def accelerometer_experiment(
     """
     found = first_fit(holds, gravity, unit)
     identified, system = found.experiment.identified, found.system
-    noise = hold_noise(holds).bounded(system.residual / found.experiment.gain, system.columns)
+    left = system.residual / found.experiment.gain
+    noise = found.experiment.noise.bounded(left, system.columns)
     args = holds, gravity, unit, found.calibration, identified, noise, readings
     return AccelerometerExperiment(*args)
 
@@ -394,9 +400,10 @@ def first_fit(
             "Check the columns, and measure that position again"
         )
     up, group = unit_vectors(vectors), group_directions(unit_vectors(vectors))
-    noise = own_noise(holds)
-    known = noise.accelerometer[np.isfinite(noise.accelerometer)]
-    level = float(np.sqrt(known.mean())) / problem.span if len(known) else 0.0
+    noise = hold_noise(holds)
+    # holds weigh by their noise: a noisy one among them takes nothing from the others
+    known = noise.accelerometer[noise.accelerometer > 0.0]
+    level = float(1.0 / np.sqrt((1.0 / known).mean())) / problem.span if len(known) else 0.0
     identified = identifiable(mean_directions(up, group), level)
     args = holds, gravity, unit, first, identified, noise
     rough = AccelerometerExperiment(*args, group=group)

@@ -187,7 +187,8 @@ class GyroscopeExperiment(Movable):
         span = one.seconds
         walk = rest.per_second + self._rounded.variance @ (self._start.matrix**2).T / span[:, None]
         walked = (walk.min(axis=1) + self.lost.aliased) * span + self._of_its_own
-        closing = rest.end[one.before] + rest.end[one.after] + walked
+        ends = rest.end + self._carried_on(self._tilts_of_means())
+        closing = ends[one.before] + ends[one.after] + walked
         coarse, mostly = self._coarse()
         resting = np.where(mostly, coarse, rest.mean[self._resting])
         return (
@@ -269,9 +270,26 @@ class GyroscopeExperiment(Movable):
         }
 
     def _tilts(self) -> FloatArray:
+        """Variance of up across gravity by which closures share each hold, (n,)."""
+        tilts = self._tilts_of_means()
+        return tilts - self._carried_on(tilts)
+
+    def _tilts_of_means(self) -> FloatArray:
         """Variance of up across gravity in each hold, without a sway that is followed, (n,)."""
         known, own = self.of, (self.of.noise_alone or self.of).variance
-        return known.variance - np.maximum(own - self.noise_at_rest.tilt, 0.0)
+        tilts = known.variance - np.maximum(own - self.noise_at_rest.tilt, 0.0)
+        least = np.minimum(known.least, tilts) if len(known.least) else tilts
+        return np.asarray(least + self.lost.tilted * (tilts - least))
+
+    def _carried_on(self, tilts: FloatArray) -> FloatArray:
+        """What the noise of a hold's rates adds to both closures that it joins, rad², (n,).
+
+        Integrated from the beginning to the mean and from the mean to the end, with the variance
+        ``T/3`` each, it has the covariance ``T/6``: in all ``T``. A tilt of the mean has the
+        opposite sign in the two closures. So that much of it is no tilt that they share.
+        """
+        rest = self.noise_at_rest
+        return np.where(rest.carried, np.minimum(0.5 * rest.end, tilts), 0.0)
 
     def moved(self, start: Parameters, free: Sequence[int]) -> "GyroscopeExperiment":
         """The same experiment from another start, with other entries determined."""
@@ -294,7 +312,8 @@ class GyroscopeExperiment(Movable):
     def refined(self, found: Minimum[Experiment]) -> "GyroscopeExperiment":
         """See ``Experiment``: closures that are too small show less loss, and a calmer sensor.
 
-        In a hand the spectrum at rest gives no more than an upper limit of the sensor's noise.
+        In a hand the holds give no more than an upper limit of how far their means are tilted, or
+        the spectrum at rest of the sensor's noise.
         """
         unsure = self._unsure()
         if not unsure.any():
@@ -321,8 +340,11 @@ class GyroscopeExperiment(Movable):
     def _with_share(self, share: float) -> "GyroscopeExperiment":
         """The same with a share of what may be a hand's motion and not the sensor's noise."""
         other = copy(self)
-        other.lost = SamplingLoss(share * self.lost.aliased, share * self.lost.white)
-        if self.noise_at_rest.held:
+        lost = self.lost
+        other.lost = replace(lost, aliased=share * lost.aliased, white=share * lost.white)
+        if self.noise_at_rest.held and lost.level:
+            other.lost = replace(other.lost, tilted=share * lost.tilted)
+        elif self.noise_at_rest.held:
             quiet = max(share, LEAST_QUIET)
             other.holds = tuple(
                 one

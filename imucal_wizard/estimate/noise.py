@@ -180,11 +180,6 @@ def _samples_alone(holds: Sequence[Hold]) -> FloatArray:
     return np.array([unknown if one is None else one for one in scatters]).reshape(-1, 3)
 
 
-def own_noise(holds: Sequence[Hold]) -> HoldNoise:
-    """The accelerometer's noise in the holds, each by its own samples alone; NaN where unknown."""
-    return HoldNoise(*_along_and_across(holds)[1:])
-
-
 def rate_noise(holds: Sequence[Hold]) -> FloatArray | None:
     """Variance × time of the gyroscope per axis, reading units² s, shape (3,); None without one."""
     with_rate = [hold for hold in holds if hold.gyroscope_covariance is not None]

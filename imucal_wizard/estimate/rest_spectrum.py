@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise import pooled, rate_noise
 from imucal_wizard.measurement.holds import Hold
@@ -40,6 +40,9 @@ MIN_SPECTRUM_SAMPLES = 16
 """Of a hold or rotation, for a spectrum with something in each band."""
 ENOUGH_AT_REST = 500_000
 """Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
+LEVEL = 1.5
+"""Highest over lowest frequency of bands that show the same: a hand's power, which falls with the
+square of the frequency at least, is less than half there."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
 
@@ -53,12 +56,15 @@ class RestSpectrum:
         half: around f/2.
         quarter: around f/4.
         count: independent values at f/2.
+        level: the device moves least in bands far apart that show the same power: that is the
+            noise of the sensor, and not of a hand whose power falls from band to band.
     """
 
     quiet: FloatArray
     half: FloatArray
     quarter: FloatArray
     count: float = np.inf
+    level: bool = False
 
     def of_rates(self, matrix: FloatArray) -> "RestSpectrum":
         """The spectrum of the corrected rates, rad²/s.
@@ -67,7 +73,8 @@ class RestSpectrum:
             matrix: M, rad/s per reading.
         """
         gains = matrix**2
-        return RestSpectrum(gains @ self.quiet, gains @ self.half, gains @ self.quarter, self.count)
+        quiet, half, quarter = (gains @ one for one in (self.quiet, self.half, self.quarter))
+        return replace(self, quiet=quiet, half=half, quarter=quarter)
 
     def tremor(self, noise: float) -> float:
         """What a hand adds around f/2, mean of the axes; 0 where it is not clear.
@@ -119,7 +126,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     series = None if readings is None else readings.gyroscope
     if series is None:
         return None
-    levels, widths, ends, counts, seen = [], [], [], [], 0
+    levels, widths, inner, counts, seen = [], [], [], [], 0
     edges = BAND * np.arange(1.0, max(int(min(series.rate / 4.0, HIGHEST) / BAND), 2) + 1.0)
     for hold in holds:
         own = hold.readings(series)
@@ -134,7 +141,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
         density = np.abs(np.fft.rfft(values, axis=0)) ** 2 / float(window @ window) / own.rate
         share = np.fft.rfftfreq(len(own))
         inside = [density[(low <= share) & (share <= high)] for low, high in (HALF, QUARTER)]
-        ends.append([one.sum(axis=0) for one in inside])
+        inner.append([one.sum(axis=0) for one in inside])
         counts.append([len(one) for one in inside])
         first = np.searchsorted(share * own.rate, edges)
         if (np.diff(first) > 0).all():
@@ -144,14 +151,15 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     if not levels:
         return None
     many = np.maximum(np.sum(counts, axis=0), 1)
-    half, quarter = np.sum(ends, axis=0) / many[:, None]
+    half, quarter = np.sum(inner, axis=0) / many[:, None]
     # of three axes; Hann's window joins neighbouring values
     count = 1.5 * float(many[0])
     corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate
     known = edges[1:] <= max(corner, LOWEST_CORNER)
     freedom = _band_freedom(np.array(widths)[:, known])
-    quiet = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
-    return RestSpectrum(quiet, half, quarter, count)
+    quiet, bands = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
+    ends = edges[np.flatnonzero(bands)[[0, -1]] + [0, 1]]
+    return RestSpectrum(quiet, half, quarter, count, bool(ends[1] >= LEVEL * ends[0]))
 
 
 def _band_freedom(lines: IntArray) -> FloatArray:
@@ -163,8 +171,10 @@ def _band_freedom(lines: IntArray) -> FloatArray:
     return np.asarray(2.0 * lines**2 / (lines + pairs))
 
 
-def _quietest(levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None) -> FloatArray:
-    """Power in the bands of least motion, shape (3,).
+def _quietest(
+    levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None
+) -> tuple[FloatArray, BoolArray]:
+    """Power in the bands of least motion, shape (3,), and which these are, shape (bands,).
 
     Args:
         levels: in each hold and band, shape (h, bands, 3).
@@ -184,7 +194,7 @@ def _quietest(levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None
     # no sway, and no tremor where no band shows more than the lowest: a filter makes the fall
     if whole[0] >= HALF_POWER * most and (whole <= most * (1.0 + CLEAR * doubt)).all():
         quiet = whole >= HALF_POWER * most
-    return np.asarray(usual[quiet].mean(axis=0))
+    return np.asarray(usual[quiet].mean(axis=0)), np.asarray(quiet)
 
 
 def filter_corner(half: float, quarter: float, count: float) -> float:

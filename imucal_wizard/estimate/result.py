@@ -84,6 +84,8 @@ class GravityReference:
             effects that is known is split among them.
         hidden: largest error of ``up`` that an effect does not let readings show, rad, shape (n,);
             empty where there is none. It is a part of ``variance``.
+        least: ``variance`` if a hand that holds the device turned it by nothing that is left in the
+            means, shape (n,); empty where that is not known.
         noise_alone: the same with the errors that measured noise alone makes, where what the
             accelerometer's model leaves is more; None where it is not.
     """
@@ -97,6 +99,7 @@ class GravityReference:
     undetermined: int = 0
     decided: int = 0
     hidden: FloatArray = field(default_factory=lambda: np.zeros(0))
+    least: FloatArray = field(default_factory=lambda: np.zeros(0))
     noise_alone: "GravityReference | None" = None
 
 

@@ -20,9 +20,10 @@ is put down hard, it is a hundred times that of a turn in the air.
 That is an upper limit: a sensor that averages from one sample to the next has white noise like one
 without a filter, and a tremor at rest hides the filter. How well the rotations close only lessens
 it: what is left of closures is noise and misfit, so noise that exceeds all of it (a 1 % test) is
-lost nowhere (``borne_out``). Where a hand holds the device, the same lessens what the spectrum at
-rest shows of the sensor's own noise. A misfit can delay that, but cannot make the loss larger than
-the spectrum shows.
+lost nowhere (``borne_out``). Where a hand holds the device, the same lessens what the holds show of
+the motion across gravity, which cancels in their means in part; where the spectrum at rest shows no
+level of the sensor's own noise, it lessens that. A misfit can delay that, but cannot make the loss
+larger than the spectrum shows.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
@@ -34,6 +35,7 @@ is that more than the power at any frequency.
 """
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
@@ -76,10 +78,15 @@ class SamplingLoss:
     Attributes:
         aliased: by motion above half the sampling rate, shape (m,).
         white: by noise beyond that of the holds, shape (m,).
+        level: the noise of the rates at rest is known apart from a hand's motion.
+        tilted: share of the noise across gravity, beyond that along it, which the means at rest
+            have where a hand holds the device.
     """
 
     aliased: FloatArray
     white: FloatArray
+    level: bool = False
+    tilted: float = 1.0
 
     def with_more(self, count: int) -> "SamplingLoss":
         """The same with more rotations, which lose what the others lose in the mean.
@@ -88,7 +95,8 @@ class SamplingLoss:
             count: how many.
         """
         more = np.full(count, self.aliased.mean())
-        return SamplingLoss(np.append(self.aliased, more), np.append(self.white, np.zeros(count)))
+        white = np.append(self.white, np.zeros(count))
+        return replace(self, aliased=np.append(self.aliased, more), white=white)
 
 
 def sampling_loss(
@@ -115,7 +123,7 @@ def sampling_loss(
     totals = np.maximum(counts.sum(axis=0), 1)
     half, lower, _ = ((power - white[:, None] * counts).sum(axis=0) / totals).tolist()
     if half - own <= CLEAR * own / np.sqrt(totals[0]):
-        return SamplingLoss(np.zeros(len(power)), white)
+        return SamplingLoss(np.zeros(len(power)), white, at_rest.level)
     half, lower = half - own, lower - own
     corner = at_rest.corner(noise)
 
@@ -131,7 +139,7 @@ def sampling_loss(
     if tremor := at_rest.tremor(noise):
         folded = min(folded, noise / tremor)
     each = shrunk(power[:, 0] / np.maximum(counts[:, 0], 1), 2 * counts[:, 0])
-    return SamplingLoss(folded * np.maximum(each - white - own, 0.0), white)
+    return SamplingLoss(folded * np.maximum(each - white - own, 0.0), white, at_rest.level)
 
 
 def borne_out(independent: FloatArray, shares: FloatArray, freedom: float) -> float:

@@ -161,6 +161,25 @@ def test_a_noisy_hold_weighs_less() -> None:
     assert any(one.startswith(said) for one in accelerometer_warnings(weighed, marked))
 
 
+def test_a_hold_that_shows_nothing_hides_no_angle() -> None:
+    """One hold a thousand times as noisy as the others: these determine the angles as before."""
+    rng = np.random.default_rng(11)
+    truth, up = typical_accelerometer(), tilted(EIGHTEEN, 1.0, rng)
+    noise = 0.001 * rng.standard_normal((18, 3))
+    noise[4] *= 1000.0
+    holds = holds_of(truth, up, noise=noise, sigma=0.001)
+    shaken = hold(holds[4].accelerometer, holds[4].start, sigma=1.0)
+    fit = fit_accelerometer([*holds[:4], shaken, *holds[5:]], GRAVITY, "m/s^2")
+    values = _values(fit)
+    others = _values(fit_accelerometer([*holds[:4], *holds[5:]], GRAVITY, "m/s^2"))
+    angles = [name for name in values if name.startswith("theta")]
+    # a hold of no weight moves them by less than their errors
+    assert [values[one] for one in angles] == pytest.approx(
+        [others[one] for one in angles], abs=1e-4
+    )
+    assert all(values[one] != 0.0 for one in angles)
+
+
 def test_a_long_hold_does_not_outvote_the_others() -> None:
     """Beyond the noise, errors of placement are the same for every hold, however long."""
     rng = np.random.default_rng(9)

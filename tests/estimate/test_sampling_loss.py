@@ -1,12 +1,17 @@
 """What sampling loses of a trembling rotation, told from the spectrum of its samples."""
 
+from typing import cast
+
 import numpy as np
 import pytest
 
+from benchmarks.hand_motion import Device, placed, recorded
 from benchmarks.tremor import HANDS, compared, found
 from imucal_wizard.core.attitude import rotation_samples
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate import gyroscope
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
+from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.sampling_loss import SamplingLoss, borne_out, sampling_loss
 
@@ -163,6 +168,32 @@ def test_closures_that_are_small_by_chance_change_nothing() -> None:
     sets = np.random.default_rng(10).chisquare(1, (300, 60))
     lost = np.full(60, 5.0 / 6.0)
     assert sum(borne_out(one, lost, 60.0) < 1.0 for one in sets) <= 8
+
+
+def test_a_chain_of_rotations_in_a_hand_collects_the_noise_of_its_holds() -> None:
+    """Through a hold in a hand the rates are integrated, with the variance of white noise.
+
+    A part in each closure, from the beginning to the mean and from the mean to the end; what the
+    closures share beside it is the tilt of the mean, which cancels in the chain.
+    """
+    rng, device = np.random.default_rng(12), Device()
+    motion = placed(device, rng, tremor=5.0, turns=1)
+    fit = fit_readings(recorded(motion, device, rng)).sensors["gyroscope"]
+    experiment = cast("GyroscopeExperiment", fit.experiment)
+    rest, one = experiment.noise_at_rest, experiment.closure
+    both = experiment.rotations
+    joined = sorted({*both.before.tolist()} & {*both.after.tolist()})
+    assert rest.held
+    assert rest.carried[joined].all()
+    lost = experiment.lost.aliased + experiment.lost.white
+    walked = (one.walk.min(axis=1) + lost) * both.seconds
+    inside = float((one.noise - walked).sum())
+    outer = [k for k in [*both.before.tolist(), *both.after.tolist()] if k not in joined]
+    # at the ends of the chain the noise from the mean on is a third, and that of a tilt
+    inside -= float((1.5 * rest.end[outer]).sum())
+    seconds = np.array([hold.end - hold.start for hold in experiment.holds])[joined]
+    # where the tilt of a mean is smaller than that part, the part is limited to it
+    assert inside == pytest.approx(float((rest.per_second.mean() * seconds).sum()), rel=1e-2)
 
 
 @pytest.mark.study
