@@ -155,7 +155,11 @@ class TimeSmoother:
 
 
 class SampleCounter:
-    """Converts the device's sample counter, of any width, to a running index."""
+    """Converts the device's sample counter, of any width, to a running index.
+
+    Each row passes at once, so a row that comes late is not told from a restart: it is kept, after
+    a gap.
+    """
 
     _MODULI = (2.0**8, 2.0**16, 2.0**32)
 

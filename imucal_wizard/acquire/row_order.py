@@ -4,6 +4,14 @@ A logger with several threads writes neighbouring rows in exchanged order, or a 
 time. When a buffer overflows, the beginning of one line is joined to the end of another: if the
 break is within the time, ``21`` + ``21.345`` becomes 2121 s. The clock of a device that restarts
 goes back, too, but the next rows go on from there.
+
+Rows that have passed are not called back. A row that goes back by less than half a step, where the
+times jitter, therefore stays behind the later one and has the same time. With a clock coarser than
+the sampling, rows exchanged within one tick cannot be told, and rows of the tick before cannot be
+told from a restart after one tick: they are treated alike. A counter of the time that wraps every
+few rows does not tell which of them came late: these count as rows of a wrong time. Recordings
+whose samples arrived in bursts do not come here: their times say only when a burst ended, and
+exchanged rows cannot be told.
 """
 
 from bisect import bisect_left, bisect_right
@@ -11,7 +19,7 @@ from bisect import bisect_left, bisect_right
 import numpy as np
 
 from imucal_wizard.core.quantities import plural
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 
 LATE_ROWS = 8
 """Rows after one of an unusual step that show what the step is: a restart, lost samples, a wrong
@@ -38,7 +46,7 @@ class RowOrder:
 
     Attributes:
         wrong: number of rows dropped because their time does not fit those around them.
-        late: number of rows that came after later ones and were sorted.
+        late: number of rows that came after later ones and were sorted, or have the newest time.
         copies: number of rows dropped because they were there before.
     """
 
@@ -48,6 +56,7 @@ class RowOrder:
         self._place = place
         self._limit = limit
         self._coarse = coarse
+        self._slight = limit if coarse else limit / 3.0
         self._held = min(LATE_ROWS, max(1, int(compared * _HELD_SECONDS / COPY_SECONDS)))
         self._newest = _NewestRows(place, compared)
         self._copying = False
@@ -162,9 +171,18 @@ class RowOrder:
             self._copying = True
             self.copies += int(copies.sum())
             return np.concatenate((near[~copies], far))
+        order = self._across(near[:, self._place]) if step < 0.0 else None
+        if order is not None:
+            rank = np.argsort(order)
+            self.late += int((rank < np.maximum.accumulate(rank)).sum())
+            return np.concatenate((near[order], far))
         first, *others = near[:, self._place].tolist()
         if step < 0.0 and self._returns(first, others):
-            self.wrong += 1
+            if step < -self._slight:
+                self.wrong += 1
+            else:
+                self.late += 1
+                done.append(self._accepted(self._at_newest(head[:1])))
             return head[1:]
         late = self._late(first, others) if step > 0.0 else []
         if not late:
@@ -210,15 +228,34 @@ class RowOrder:
         reset = next((i for i, after in enumerate(others) if after < before), len(others))
         return [i for i, after in enumerate(others[:reset]) if after < first]
 
+    def _across(self, ticks: FloatArray) -> IntArray | None:
+        """Order of rows that were exchanged across a wrap or restart; None if none were.
+
+        Those after it are told by their smaller times. In order, all steps are usual.
+        """
+        after = ticks < self._newest.time
+        order = np.lexsort((ticks, after))
+        if order[-1] != len(ticks) - 1 or bool((order[1:] > order[:-1]).all()):
+            return None
+        steps = np.diff(ticks[order], prepend=self._newest.time)
+        steps = np.delete(steps, np.count_nonzero(~after))  # the wrap
+        usual = (steps >= self._limit / 3.0) & (steps <= self._limit)
+        return order if usual.all() else None
+
+    def _at_newest(self, row: FloatArray) -> FloatArray:
+        """A row with the time of the newest one."""
+        moved = row.copy()
+        moved[:, self._place] = self._newest.time
+        return moved
+
     def _returns(self, first: float, others: list[float]) -> bool:
         """Whether the time went back for a few rows only, and goes on from before."""
         before = self._newest.time
         rows = next((i for i, after in enumerate(others) if after >= before), None)
         if rows is None:
             return False
-        steps = np.diff([first, *others[: rows + 1]])
-        if rows and bool(((steps > 0.0) & (steps <= self._limit)).all()):
-            return False  # a restart or a wrap soon after the one before
+        if before - first > self._slight and others[rows] - [first, *others][rows] <= self._limit:
+            return False  # the times after a restart or a wrap have passed those before it
         usual = (rows + 1) * self._limit
         return others[rows] - before <= max(usual, 0.0 if rows else before - first)
 

@@ -74,10 +74,12 @@ def most_likely_moment(
         reference: twice the negative logarithm of the likelihood of what rests on the fit.
     """
     tried = _Tried(lambda at: fit(replace(term, variant=at)), reference)
-    _enclosed(tried.unlikely, moments, [*moments].index(term.variant or moments[0]))
-    after = int(np.clip(np.searchsorted(times, tried.best), 1, len(times) - 1))
+    begin = [*moments].index(term.variant or moments[0])
+    first, last = _likeliest(tried.unlikely, moments, begin)
+    before = max(int(np.searchsorted(times, moments[first])) - 1, 0)
+    after = min(int(np.searchsorted(times, moments[last])), len(times) - 1)
     # the golden section comes back to places, up to rounding
-    _narrow(lambda at: tried.unlikely(round(at, 3)), times[after - 1], times[after], 0.0)
+    _narrow(lambda at: tried.unlikely(round(at, 3)), times[before], times[after], 0.0)
     return tried.reported(tried.best)
 
 
@@ -146,8 +148,8 @@ def settle(
         begin: the one to begin at.
         least: difference of two settings that is not halved any more.
     """
-    low, high = _enclosed(unlikely, grid, grid.index(begin))
-    _narrow(unlikely, low, high, least)
+    first, last = _likeliest(unlikely, grid, grid.index(begin))
+    _narrow(unlikely, grid[max(first - 1, 0)], grid[min(last + 1, len(grid) - 1)], least)
 
 
 def unlikeliness(found: Minimum[Experiment]) -> float:
@@ -163,36 +165,58 @@ def _grid(term: Term, variants: Sequence[float | None]) -> list[float]:
     return sorted({float(np.log(one)) for one in (*variants, term.variant) if one is not None})
 
 
-def _enclosed(
+def _likeliest(
     unlikely: Callable[[float], float], grid: Sequence[float], best: int
-) -> tuple[float, float]:
-    """Walk along the grid to the best place; its neighbours."""
+) -> tuple[int, int]:
+    """Walk along the grid to the best place: the first and the last one that are as likely.
+
+    The moments on either side of a row that a step does not change are equally likely.
+    """
     while True:
-        near = range(max(best - 1, 0), min(best + 2, len(grid)))
+        first = last = best
+        while first > 0 and unlikely(grid[first - 1]) == unlikely(grid[best]):
+            first -= 1
+        while last < len(grid) - 1 and unlikely(grid[last + 1]) == unlikely(grid[best]):
+            last += 1
+        near = range(max(first - 1, 0), min(last + 2, len(grid)))
         better = min(near, key=lambda k: unlikely(grid[k]))
-        if better == best:
-            return grid[near[0]], grid[near[-1]]
+        if unlikely(grid[better]) == unlikely(grid[best]):
+            return first, last
         best = better
 
 
 def _narrow(
     unlikely: Callable[[float], float],
-    low: float,
-    high: float,
+    begin: float,
+    end: float,
     least: float = MIN_SETTING_DIFFERENCE,
+    *,
+    outwards: bool = False,
 ) -> None:
     """Try places between two by the golden section.
 
-    With errors far above the noise the likelihood has a sharp cusp, which no parabola fits.
+    With errors far above the noise the likelihood has a sharp cusp, which no parabola fits. Moments
+    between which no row changes are equally likely: the best one lies on either side of them.
+
+    Args:
+        unlikely: of a place.
+        begin: one end.
+        end: the other end.
+        least: distance of the ends that is not narrowed any more.
+        outwards: from equally likely places at the beginning.
     """
     for _ in range(GOLDEN_STEPS):
-        if high - low < least:
+        if abs(end - begin) < least:
             return
-        left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
-        if unlikely(left) < unlikely(right):
-            high = right
+        near, far = end - GOLDEN * (end - begin), begin + GOLDEN * (end - begin)
+        if unlikely(near) < unlikely(far):
+            end = far
+        elif outwards or unlikely(near) > unlikely(far):
+            begin = near
         else:
-            low = left
+            _narrow(unlikely, near, begin, least, outwards=True)
+            _narrow(unlikely, far, end, least, outwards=True)
+            return
 
 
 def _spread(unlikely: Callable[[float], float], best: float) -> float:

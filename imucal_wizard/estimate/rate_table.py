@@ -241,8 +241,8 @@ class RateTableExperiment(Movable):
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""
         table = self.table
-        read, where = table.means(table.reading), table.circumstances
-        rates = found.correct(read, where.select(table.offsets[:-1]))
+        read = table.means(table.reading)
+        rates = table.means(found.correct(table.reading, table.circumstances))
         true = table.rate[:, None] * unit_vectors(rates)
         model = read - (rates - true) @ np.linalg.inv(found.matrix).T
         gain, offset = 1.0, np.zeros(3)

@@ -122,6 +122,7 @@ def circumstances_during(
         time=middle - float(series.time[0]),
         previous=felt.copy(),
         vibration=np.zeros(len(spans)),
+        seconds=np.diff(spans)[:, 0],
     )
 
 

@@ -220,6 +220,7 @@ class Proof:
             time=time,
             previous=np.full((len(time), 3), np.nan),
             vibration=np.zeros(len(time)),
+            seconds=self._calibration.splits_holds * np.concatenate([one.seconds for one in steps]),
         )
         return Samples(reading, where, nothing)
 

@@ -16,9 +16,9 @@ HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
 LIMIT = 1.5
 
 
-def whole(*ticks: float, values: Sequence[int] = ()) -> list[float]:
+def whole(*ticks: float, values: Sequence[int] = (), coarse: bool = False) -> list[float]:
     """The times that come out one by one; without values, each row has its own."""
-    order = RowOrder(0, LIMIT, 100)
+    order = RowOrder(0, LIMIT, 100, coarse=coarse)
     rows = np.column_stack([ticks, values or np.arange(len(ticks))]).astype(float)
     parts = [order.feed(row[None]) for row in rows]
     return [float(v) for part in [*parts, order.flush()] for v in part[:, 0]]
@@ -38,9 +38,14 @@ def test_a_time_that_stands_alone_is_left_out() -> None:
         (1, 2, 50, 90, 91),  # twice in a row
         (100, 101, 0, 1, 2),  # a restart
         (254, 255, 0, 1, 2),  # a wrap
-        *[[i % n for i in range(60)] for n in range(3, 10)],  # a wrap after a few rows
+        *[[i % n for i in range(60)] for n in range(2, 10)],  # a wrap after a few rows
         [i * 10 % 65.536 / 10 for i in range(3000)],  # microseconds of 16 bits
-        (*range(7), *range(20)),  # a restart soon after the beginning
+        *[(*range(n), *range(20)) for n in range(1, 8)],  # a restart soon after the beginning
+        (1, *range(20)),
+        (*range(30), 0, 1, *range(20)),  # and soon after a restart
+        (*range(5), 0, 1, *range(20)),
+        (*range(7), 0, 1, 2, 5, 6, 7, 8, 9),  # with lost samples
+        (*range(30), *(i - 1.8 for i in range(30, 50))),  # a clock that is set back
         (1, 2, 2, 3, 3, 4),  # a coarse clock
         (1, 2, 3, 50),  # the last sample of all
     ],
@@ -106,6 +111,49 @@ def test_lost_samples_hold_a_slow_stream_for_half_a_second(rate: int, held: int)
 def test_rows_in_exchanged_order_are_sorted(ticks: tuple[float, ...]) -> None:
     """As long as they are late by a few rows only."""
     assert whole(*ticks) == sorted(ticks)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        (7, 9, 8, 10, 11),  # before it
+        (7, 8, 10, 9, 11),  # across it
+        (7, 8, 10, 11, 9),
+        (7, 10, 8, 9, 11),
+        (7, 8, 9, 11, 10),  # after it
+        (7, 8, 9, 12, 10, 11),
+    ],
+)
+def test_rows_exchanged_across_a_wrap_are_sorted(rows: tuple[int, ...]) -> None:
+    """The counter has wrapped from 99 to 0 at the tenth row of these."""
+    ticks = [*range(80, 97), *((row + 90) % 100 for row in rows)]
+    ticks += [*range(max(rows) - 9, 40)]
+    assert whole(*ticks) == [*range(80, 100), *range(40)]
+
+
+@pytest.mark.parametrize(
+    ("ticks", "coarse"),
+    [
+        ((1, 2, 3, 4.1, 3.9, 5, 6), False),  # neighbours of times that jitter
+        ((*range(30), *(i - 1.2 for i in range(30, 50))), False),  # a clock that is set back
+        ((1, 1, 2, 2, 3, 3, 2, 3, 4, 4, 5, 5), True),  # neighbours of a coarse clock
+        ((1, 1, 1, 2, 2, 3, 3, 2, 2, 3, 4, 4, 4), True),
+        ((1, 1, 2, 2, 1, 1, 2, 2, 3, 3, 4, 4), True),  # its restart after one tick
+    ],
+)
+def test_a_row_that_goes_back_by_little_has_the_newest_time(
+    ticks: tuple[float, ...], coarse: bool
+) -> None:
+    """The one before it has passed; neither is it lost, nor does the clock restart."""
+    assert whole(*ticks, coarse=coarse) == np.maximum.accumulate(ticks).tolist()
+
+
+def test_a_coarse_clock_restarts_and_has_wrong_times_as_others_do() -> None:
+    """By more than a tick."""
+    ticks = (1, 1, 2, 2, 3, 3, 1, 1, 2, 2, 3, 3, 4, 4)
+    assert whole(*ticks, coarse=True) == list(ticks)
+    wrong = (10, 10, 11, 11, 3, 11, 12, 12, 13, 13)
+    assert whole(*wrong, coarse=True) == [tick for tick in wrong if tick > 3]
 
 
 @pytest.mark.parametrize(

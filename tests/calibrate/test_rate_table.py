@@ -20,9 +20,11 @@ from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.profile_likelihood import unlikeliness
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate import rate_table
+from imucal_wizard.estimate.fit import refined_minimum
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.table_steps import KnownRates
@@ -31,8 +33,11 @@ from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.known_rotation import KnownRotation
 from imucal_wizard.model.rows.source import Parameters, unmeasured
 from imucal_wizard.model.terms import Term, Terms
+from imucal_wizard.report.calibration_file import read_calibration
 from imucal_wizard.report.calibration_record import from_report
 from imucal_wizard.report.differences import differences, named_parameters
+from imucal_wizard.report.proof import Proof
+from imucal_wizard.report.proof import own as corrections
 from imucal_wizard.simulate.sensor import DEGREE, Triad
 
 FAST = (60.0, 150.0)
@@ -282,8 +287,9 @@ def test_the_rows_derivatives_are_those_of_the_rows() -> None:
         circumstances=where,
         labels=unmeasured(2),
     )
-    terms = Terms("gyroscope", [Term(effect("g-sensitivity"))])
+    terms = Terms("gyroscope", [Term(effect("g-sensitivity")), Term(effect("second-order"))])
     sizes = 0.01 * rng.standard_normal(len(terms))
+    sizes[9:] *= 1e4  # ppm per °/s, of a rate of 60 °/s
     at = Parameters(np.eye(3) + 0.1 * rng.standard_normal((3, 3)), 0.1 * rng.standard_normal(3))
 
     def residual(entries: FloatArray, more: FloatArray) -> FloatArray:
@@ -300,6 +306,70 @@ def test_the_rows_derivatives_are_those_of_the_rows() -> None:
     ):
         expected = np.array(changes).T / 2e-6
         np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-7)
+
+
+@pytest.fixture(scope="module")
+def twice() -> Series:
+    """Each mounting twice: the first and the second half of the recording show all axes."""
+    first, _ = table_recording(BNO055, 5, FAST, 4.0, white=True)
+    series = joined(first, first).gyroscope
+    assert series is not None
+    return series
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "resting", "row", "part"),
+    [
+        ("bias-step", 0.25, True, 22, 0.3),
+        ("bias-step", 0.25, True, 25, 0.7),
+        ("bias-step", 0.25, False, 36, 0.4),
+        ("bias-step", 0.25, False, 50, 0.6),
+        ("scale-step", 1500.0, False, 50, 0.6),
+        ("scale-step", 1500.0, False, 36, 0.4),
+    ],
+)
+def test_a_step_inside_a_rest_or_a_constant_rate_is_fitted_and_proven(
+    twice: Series, tmp_path: Path, name: str, size: float, resting: bool, row: int, part: float
+) -> None:
+    """Its moment is found, data held out agree, and the file has the errors of the fit."""
+    options = FitOptions(rates=tuple(DEGREE * rate for rate in FAST))
+    data = rate_table.find_table(twice, KnownRates(options.rates))
+    places = data.rests if resting else data.turned
+    moment = places[row].start + part * (places[row].end - places[row].start)
+    own, axis = BNO055.gyroscope, np.eye(3)[0]
+    change = np.tile(size * DEGREE * axis, (len(twice), 1))
+    if name == "scale-step":
+        true = (twice.values - own.bias) @ np.linalg.inv(own.sensitivity).T
+        change = 1e-6 * size * true * axis
+    after = twice.time >= moment
+    stepped = twice.values + after[:, None] * change @ own.sensitivity.T
+    readings = Readings(NONE, replace(twice, values=stepped))
+    benches = Benches(fit_readings(readings, options), readings)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    span = bench.rows.span
+    inside = np.flatnonzero((span[:, 0] < moment) & (moment < span[:, 1]))
+    assert len(inside)  # not between two rows, where any moment is as good
+    (said,) = diagnose_benches(benches, {}, automatic=False)
+    assert said.verdict is Verdict.MISSING
+    assert bench.look().suspects[0].term == name
+    bench.add(name)
+    (term,), fit = bench.fit.terms, bench.fit
+    assert fit.minimum is not None
+    assert term.variant is not None
+    begin, end = span[inside[0]] - twice.time[0]
+    assert begin < term.variant < end
+    known = Term(term.effect, moment - float(twice.time[0]))
+    true_moment = refined_minimum(bench.measured, [known], fit.base)
+    # settled to a third of its standard error at least
+    assert unlikeliness(fit.minimum) < unlikeliness(true_moment) + 0.1
+    assert fit.rms_held_out is not None
+    assert fit.rms_held_out < 1.5 * (fit.floor or 0.0)
+    path = tmp_path / "c.json"
+    from_report(benches.fitted(), "a test", "2026-01-01T00:00:00+00:00").save(path)
+    saved = read_calibration(path)
+    errors = Proof(saved).errors(corrections(saved), frame=False)
+    assert errors["gyroscope"] == pytest.approx(fit.rms_fitted, rel=1e-9)
 
 
 @pytest.mark.study

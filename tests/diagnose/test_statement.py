@@ -132,7 +132,7 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
     ("seed", "names"),
     [
         (10, "In the model now: scale-step"),
-        (4, "In the model now: scale-drift"),
+        (20, "In the model now: scale-drift"),
         (
             6,
             "comes nearest, but this is not certain.",

@@ -1,13 +1,14 @@
 """A rotation of known angle about an axis that stays fixed: ``|∫ w dt| − θ``, one row for each.
 
-``w = M (y − b) − ε``. A rate table gives ``θ = Ω T`` over the T seconds of a step of constant rate
-Ω, a turntable the angle between two rests. The mounting of the device is unknown, so the axis is
-the direction of the integral itself. The rows leave M free up to a rotation from the left, which
+``w = M (y − b) − ε(w)``. A rate table gives ``θ = Ω T`` over the T seconds of a step of constant
+rate Ω, a turntable the angle between two rests. The mounting of the device is unknown, so the axis
+is the direction of the integral itself. The rows leave M free up to a rotation from the left, which
 other rows must determine or a convention must choose.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from imucal_wizard.model.rows.source import (
     RowSource,
     unmeasured,
 )
-from imucal_wizard.model.terms import Term, Terms, columns_of
+from imucal_wizard.model.terms import Term, Terms, columns_of, corrected, slope_of_corrected
 
 MIN_INTEGRAL = 1e-12
 """An angle smaller than this, rad, has no axis."""
@@ -34,17 +35,16 @@ class KnownRotationRows(Rows):
     """``|∫ w dt| − θ`` of each rotation.
 
     Attributes:
+        rate: corrected, of each piece, rad/s, shape (q, 3).
         integral: of the corrected rate over each rotation, rad, shape (m, 3).
         axis: its direction, unit vectors, shape (m, 3).
     """
 
     def __init__(self, source: "KnownRotation", calibration: Parameters, terms: Terms) -> None:
-        self._source, self._calibration = source, calibration
-        rate = (source.reading - calibration.bias) @ calibration.matrix.T
-        if len(terms):
-            where = replace(source.circumstances, rate=rate)
-            rate = rate - terms.columns(where) @ calibration.sizes
-        self.integral = source.summed(rate)
+        self._source, self._calibration, self._terms = source, calibration, terms
+        both = calibration.matrix, calibration.bias
+        self.rate = corrected(both, terms, calibration.sizes, source.reading, source.circumstances)
+        self.integral = source.summed(self.rate)
         length = np.linalg.norm(self.integral, axis=1)
         self.axis = self.integral / np.maximum(length, MIN_INTEGRAL)[:, None]
         self.residual = length - source.angle
@@ -52,18 +52,28 @@ class KnownRotationRows(Rows):
         self.direction = np.full((len(length), 3), np.nan)
         self.lever = self.axis * source.duration[:, None]
 
+    @cached_property
+    def _along(self) -> FloatArray:
+        """How ``|∫ w dt|`` moves with ``M (y − b)`` in each piece, per second, shape (q, 3)."""
+        source = self._source
+        where, sizes = source.circumstances, self._calibration.sizes
+        inverse = slope_of_corrected(self._terms, sizes, self.rate, where)
+        axis = np.repeat(self.axis, np.diff(source.offsets), axis=0)
+        return np.asarray(np.einsum("qi,qij->qj", axis, inverse))
+
     def base_columns(self) -> FloatArray:
-        """See ``Rows``: ``a_i ∫ (y − b)_j dt`` by M_ij, ``−T Mᵀ a`` by b, a being the axis."""
-        offset = self._source.summed(self._source.reading - self._calibration.bias)
+        """See ``Rows``: ``∫ a_i (y − b)_j dt`` by M_ij, ``−Mᵀ ∫ a dt`` by b; a is ``_along``."""
+        offset = self._source.reading - self._calibration.bias
         out = np.empty((len(offset), ENTRIES))
-        out[:, :9] = (self.axis[:, :, None] * offset[:, None, :]).reshape(-1, 9)
-        out[:, 9:] = -self.lever @ self._calibration.matrix
-        return out
+        out[:, :9] = (self._along[:, :, None] * offset[:, None, :]).reshape(-1, 9)
+        out[:, 9:] = -self._along @ self._calibration.matrix
+        return self._source.summed(out)
 
     def term_columns(self, terms: Sequence[Term]) -> FloatArray:
         """See ``Rows``."""
-        columns = self._source.summed(columns_of(terms, GYROSCOPE, self._source.circumstances))
-        return np.asarray(-np.einsum("mi,mip->mp", self.axis, columns))
+        where = replace(self._source.circumstances, rate=self.rate)
+        columns = columns_of(terms, GYROSCOPE, where)
+        return -self._source.summed(np.einsum("qi,qip->qp", self._along, columns))
 
 
 @dataclass(frozen=True, eq=False)

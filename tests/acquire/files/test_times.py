@@ -104,6 +104,22 @@ def _read_live(path: Path) -> tuple[Readings, tuple[str, ...]]:
     return join_readings([one for one in (*parts, intake.flush()) if one]), intake.warnings
 
 
+@pytest.mark.parametrize("first", [(1,), (0, 1), (0, 1, 2)])
+@pytest.mark.parametrize("earlier", [0, 400])
+def test_a_restart_after_few_rows_loses_none_in_a_file_and_in_a_stream(
+    tmp_path: Path, first: tuple[int, ...], earlier: int
+) -> None:
+    """At the beginning, or after an earlier restart."""
+    ticks = np.concatenate([np.arange(earlier), first, np.arange(600)])
+    readings = _timed(tmp_path, ticks / 100.0, "t[s]")
+    live, said = _read_live(tmp_path / "timed.csv")
+    for one in (readings, live):
+        assert len(one) == len(ticks)
+    assert _told(readings, "has restarted")
+    assert any("has restarted" in text for text in said)
+    assert not _told(readings, "do not fit")
+
+
 def test_rows_that_two_threads_wrote_are_sorted_in_a_file_and_in_a_stream(tmp_path: Path) -> None:
     """Neighbours in exchanged order are no missing samples."""
     time = np.arange(1000) / 100.0
