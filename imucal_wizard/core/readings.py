@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import field
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -80,7 +81,7 @@ class Series:
         """The samples with indices from ``first`` to before ``past``."""
         return Series(self.time[first:past], self.values[first:past], self.unit)
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """Samples per second from the median interval; 0 when fewer than two samples."""
         if len(self.time) < 2:

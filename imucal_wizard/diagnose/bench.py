@@ -663,7 +663,7 @@ class Bench:
         def unlikely(found: SensorFit) -> float:
             if referee is None or found.reference is None:
                 return 0.0
-            return -2.0 * referee.hear(found).log_evidence
+            return -2.0 * referee.log_evidence(found)
 
         looked = moments[0] if step.variant is None else step.variant
         begin = min(moments, key=lambda at: abs(at - looked))

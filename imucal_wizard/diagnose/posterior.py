@@ -469,7 +469,11 @@ def spectra(
         gain, turned = np.empty((counts.sum(), *spreads.shape[1:])), []
         log_det, first, start = np.empty_like(spreads), 0, 0
         for each in each_of:
-            strength, vectors = np.linalg.eigh((each * weights) @ np.swapaxes(each, 1, 2))
+            inner = (each * weights) @ np.swapaxes(each, 1, 2)
+            if inner.shape[1] == 1:  # most explanations have one pattern, which is independent
+                strength, vectors = inner[:, 0], np.ones_like(inner)
+            else:
+                strength, vectors = np.linalg.eigh(inner)
             strength = np.maximum(strength, 0.0)
             length = np.sqrt(np.maximum(strength, 1e-12 * strength[:, -1:] + 1e-300))
             turned.append(vectors / length[:, None, :])

@@ -130,12 +130,19 @@ class Referee:
 
     def hear(self, accelerometer: SensorFit) -> Testimony:
         """What the gyroscope says of a fit of the accelerometer by its own rows."""
-        experiment = self._found.experiment.under(accelerometer.reference, None)
-        return self._testimony(under_reference(self._found, experiment), accelerometer.minimum)
+        return self._testimony(self._under(accelerometer), accelerometer.minimum)
 
-    def _testimony(
-        self, found: Minimum[Experiment], heard: Minimum[Experiment] | None = None
-    ) -> Testimony:
+    def log_evidence(self, accelerometer: SensorFit) -> float:
+        """Logarithm of the marginal likelihood of its rows under a fit of the accelerometer."""
+        every = self._by_scatter(self._under(accelerometer))
+        return float(np.logaddexp.reduce([one.whole for one in every]))
+
+    def _under(self, accelerometer: SensorFit) -> Minimum[Experiment]:
+        experiment = self._found.experiment.under(accelerometer.reference, None)
+        return under_reference(self._found, experiment)
+
+    def _by_scatter(self, found: Minimum[Experiment]) -> "list[Scatter]":
+        """See ``evidence_by_scatter``, with each effect that may explain the misfit."""
         # evaluated anew: under another reference a closure may be measured along other directions
         terms = [Term(one.effect, one.variant) for one in self._effects]
         columns = np.concatenate([rows.design_columns(terms) for rows in found.rows])
@@ -143,7 +150,12 @@ class Referee:
         ends = np.cumsum([0, *(len(one.typical) for one in self._effects)])
         own = found.independent.rows(columns)
         effects = [own[:, first:past] for first, past in itertools.pairwise(ends.tolist())]
-        every = evidence_by_scatter(found, effects)
+        return evidence_by_scatter(found, effects)
+
+    def _testimony(
+        self, found: Minimum[Experiment], heard: Minimum[Experiment] | None = None
+    ) -> Testimony:
+        every = self._by_scatter(found)
         each = np.array([one.whole for one in every])
         whole = float(np.logaddexp.reduce(each))
         scattered = float(np.exp(each[SIGMAS > MAX_CLOSURE_SCATTER] - whole).sum())
@@ -221,7 +233,7 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
     alike = [(sizes == q, first[sizes == q, None] + np.arange(q)) for q in distinct(sizes)]
     places = [count + start + np.arange(q) for start, q in zip(first, sizes, strict=True)]
     cases = [(one, variance) for one in places for variance in variances.tolist()]
-    total = []
+    total, unit = [], np.eye(count)
     for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True):
         scale = 1.0 / np.sqrt(np.where(moving, sigma**2, 1.0) * own)
         inner, triangle = np.linalg.qr(scale[:, None] * free)
@@ -229,7 +241,7 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
         white = scale[:, None] * np.column_stack([doubts, residual, *effects])
         white -= inner @ (inner.T @ white)
         products = white.T @ white
-        lower = np.linalg.cholesky(np.eye(count) + products[:count, :count])
+        lower = np.linalg.cholesky(unit + products[:count, :count])
         volume += np.log(np.diag(lower)).sum()
         taken = np.linalg.solve(lower, products[:count, count:])
         left = products[count:, count:] - taken.T @ taken

@@ -213,9 +213,12 @@ def _rests_with_gaps(series: Series, holds: Sequence[Hold]) -> list[list[Hold]]:
         gap = float(np.diff(between).max(initial=0.0))
         missing = gap * series.rate > MAX_SAMPLE_INTERVALS and gap <= PIECE
         at_rest = after.start - before.end <= gap + 2.0 * edge
-        same = angle_between(before.accelerometer, after.accelerometer) <= MAX_MOVED
-        interrupted = bool(across_restarts(np.array([gap])).any())
-        if missing and at_rest and same and not interrupted:
+        if (
+            missing
+            and at_rest
+            and angle_between(before.accelerometer, after.accelerometer) <= MAX_MOVED
+            and not across_restarts(np.array([gap])).any()
+        ):
             found[-1].append(after)
         else:
             found.append([after])

@@ -17,15 +17,15 @@ SESSION = Session(rate=100.0)
 
 
 @cache
-def recording() -> Readings:
+def recording(seed: int) -> Readings:
     """Forty rests and the turns between them."""
-    return SESSION.readings(0)
+    return SESSION.readings(seed)
 
 
 @cache
-def offline() -> FitReport:
+def offline(seed: int) -> FitReport:
     """The fit of the recording."""
-    return fit_readings(recording())
+    return fit_readings(recording(seed))
 
 
 def collected(readings: Readings, holds: tuple[Hold, ...], series: Series | None) -> Collected:
@@ -44,4 +44,4 @@ def collected(readings: Readings, holds: tuple[Hold, ...], series: Series | None
 
 def with_field() -> Collected:
     """All of the recording, with the magnetometer's step from beginning to end."""
-    return collected(recording(), offline().holds, recording().magnetometer)
+    return collected(recording(0), offline(0).holds, recording(0).magnetometer)

@@ -14,17 +14,16 @@ from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.second_stage.alignment import align
 from imucal_wizard.estimate.second_stage.error_modes import ErrorModes, field_moved
 from imucal_wizard.estimate.second_stage.heading import Compass, compass_of, heading, turned
+from tests.calibrate.collecting import SESSION, offline
 from tests.estimate.field_truth import CORRECTION, OFFSET
 from tests.estimate.truth import typical_accelerometer
-from tests.estimate.whole_session import GRAVITY, Session
-
-SESSION = Session(rate=100.0)
+from tests.estimate.whole_session import GRAVITY
 
 
 @cache
 def calibrated() -> Compass:
     """The compass of this session."""
-    compass = compass_of(fit_readings(SESSION.readings(1)))
+    compass = compass_of(offline(1))
     assert compass is not None
     return compass
 

@@ -28,7 +28,7 @@ def vector(report: FitReport, sensor: str) -> FloatArray:
 
 def test_the_same_samples_give_the_same_magnetometer() -> None:
     """Live and from a recording: calibration, alignment and dip agree to rounding."""
-    one, other = offline(), live()
+    one, other = offline(0), live()
     assert one.magnetic is not None
     assert other.magnetic is not None
     np.testing.assert_array_equal(other.magnetic.fit.matrix, one.magnetic.fit.matrix)
@@ -52,20 +52,20 @@ def test_the_gyroscope_gains_from_the_field_live_too() -> None:
     assert fit.covariance is not None
     sigma = np.sqrt(np.diag(fit.covariance))
     # the fits begin elsewhere, and end where a step no longer matters
-    off = np.abs(vector(live(), "gyroscope") - vector(offline(), "gyroscope"))
+    off = np.abs(vector(live(), "gyroscope") - vector(offline(0), "gyroscope"))
     assert (off < ARRIVED * sigma).all()
 
 
 def test_only_the_samples_of_its_step_are_fitted() -> None:
     """What was measured beside a computer, before the step, bends nothing."""
-    readings = recording()
+    readings = recording(0)
     series = readings.magnetometer
     assert series is not None
     middle = 0.5 * float(series.time[-1])
     spoilt = series.values.copy()
     early = series.time < middle
     spoilt[early] *= 1.3
-    part = collected(readings, offline().holds, replace(series, values=spoilt))
+    part = collected(readings, offline(0).holds, replace(series, values=spoilt))
     report = fit_collected(replace(part, field_spans=((middle, np.inf),)), UNITS, 100.0)
     later = Series(series.time[~early], series.values[~early], series.unit)
     alone = fit_readings(replace(readings, magnetometer=later)).magnetic
@@ -77,10 +77,10 @@ def test_only_the_samples_of_its_step_are_fitted() -> None:
 
 def test_a_disturbance_outside_its_step_is_left_out_of_the_second_stage() -> None:
     """Steel beside one still position: its samples are not kept, the alignment stays the same."""
-    readings = recording()
+    readings = recording(0)
     series = readings.magnetometer
     assert series is not None
-    holds = offline().holds
+    holds = offline(0).holds
     at = (series.time >= holds[3].start) & (series.time < holds[3].end)
     spoilt = series.values + np.where(at[:, None], [8.0, -5.0, 3.0], 0.0)
     middle = 0.5 * float(series.time[-1])
@@ -117,7 +117,7 @@ def test_the_local_field_and_the_method_are_the_users_choice() -> None:
     options = FitOptions(magnetometer_method="algebraic", field=48.5)
     fit = fit_collected(with_field(), UNITS, 100.0, options).sensors["magnetometer"]
     assert fit.method == "algebraic"
-    series = recording().magnetometer
+    series = recording(0).magnetometer
     assert series is not None
     length = np.linalg.norm((series.values - fit.bias) @ fit.matrix.T, axis=1)
     assert length.mean() == pytest.approx(48.5, rel=1e-3)

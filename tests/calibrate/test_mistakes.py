@@ -376,7 +376,7 @@ def test_an_accelerometer_alone_is_calibrated_alone() -> None:
     assert report.rotations == ()
 
 
-def test_an_end_that_one_axis_alone_shows_is_the_end_of_its_range() -> None:
+def test_an_end_that_one_axis_alone_shows_is_the_end_of_its_range(plain: FitReport) -> None:
     """One sense of one axis ends at 60 °/s, far below the smallest common range."""
     end = np.radians(60.0)
 
@@ -390,7 +390,7 @@ def test_an_end_that_one_axis_alone_shows_is_the_end_of_its_range() -> None:
     clipped = [one.problem is not None and "clipped" in one.problem for one in report.rotations]
     assert sum(reached) >= 2
     assert clipped == reached
-    whole = fit_readings(session()).sensors["gyroscope"].rms_held_out
+    whole = plain.sensors["gyroscope"].rms_held_out
     left = report.sensors["gyroscope"].rms_held_out
     assert whole is not None
     assert left is not None
@@ -427,11 +427,12 @@ def test_holds_in_which_an_axis_is_stuck_are_not_used(
     assert found[1].disturbed_rotations == ()
 
 
-def test_a_hold_that_touches_the_end_of_the_range_in_some_samples_is_not_used() -> None:
+def test_a_hold_that_touches_the_end_of_the_range_in_some_samples_is_not_used(
+    plain: FitReport,
+) -> None:
     """A converter that ends 1.5 standard deviations above +z: 7 % of its samples are at the end."""
-    whole = fit_readings(session())
     one = next(
-        hold for hold in whole.holds if hold.pose == "+z" and hold.accelerometer_scatter is not None
+        hold for hold in plain.holds if hold.pose == "+z" and hold.accelerometer_scatter is not None
     )
     assert one.accelerometer_scatter is not None
     spread = np.sqrt(one.accelerometer_scatter[2] * one.samples)
@@ -483,7 +484,7 @@ def test_an_axis_in_another_unit_than_the_others_is_named(factor: float) -> None
     assert _warned(fit_readings(with_accelerometer(session(), change)), "accelerometer's", *words)
 
 
-def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
+def test_rests_that_are_not_used_because_of_the_gyroscope_are_told(plain: FitReport) -> None:
     """A gyroscope whose bias jumps by 3 °/s half way, as one that is exchanged."""
 
     def jump(rate: FloatArray) -> FloatArray:
@@ -491,7 +492,7 @@ def test_rests_that_are_not_used_because_of_the_gyroscope_are_told() -> None:
         return rate
 
     report = fit_readings(with_gyroscope(session(), jump))
-    assert len(report.holds) < len(fit_readings(session()).holds)
+    assert len(report.holds) < len(plain.holds)
     assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
     assert report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
 
@@ -625,16 +626,15 @@ def test_a_gap_of_a_second_is_told_as_others_are_by_the_times_of_the_recording(
     assert missing_samples(time) == said
 
 
-def test_a_gyroscope_in_holds_that_sway_is_not_called_dead() -> None:
+def test_a_gyroscope_in_holds_that_sway_is_not_called_dead(plain: FitReport) -> None:
     """What a hand does in a hold is not the noise of the sensor."""
-    report = fit_readings(session())
     turned = np.array([[0.05, 0.0, 0.0]]) ** 2
     holds = [
         replace(one, gyroscope_covariance=one.gyroscope_covariance + turned.T * np.eye(3))
-        for one in report.holds
+        for one in plain.holds
         if one.gyroscope_covariance is not None
     ]
-    assert silent_axes(holds, report.rotations) == ()
+    assert silent_axes(holds, plain.rotations) == ()
 
 
 def test_a_sample_that_comes_late_is_not_missing() -> None:

@@ -63,7 +63,7 @@ def _played(readings: Readings) -> int:
 
 
 def test_a_gyroscope_without_a_sample_says_nothing() -> None:
-    whole = recording()
+    whole = recording(0)
     assert whole.gyroscope is not None
     empty = replace(whole, gyroscope=whole.gyroscope.part(0, 0))
     report = fit_readings(empty)
@@ -74,7 +74,7 @@ def test_a_gyroscope_without_a_sample_says_nothing() -> None:
 @pytest.mark.parametrize("late", [False, True])
 def test_a_rotation_that_the_gyroscope_saw_in_part_does_not_count(late: bool) -> None:
     """It starts or stops in the middle of the tenth motion."""
-    whole, holds = recording(), offline().holds
+    whole, holds = recording(0), offline(0).holds
     assert whole.gyroscope is not None
     middle = 0.5 * (holds[9].end + holds[10].start)
     seen = (whole.gyroscope.time > middle) == late
@@ -117,7 +117,7 @@ def test_whatever_sensor_is_there_when(
     magnetometer: tuple[float, float, list[tuple[float, float]]],
 ) -> None:
     """No fault, in a file or played; what is determined agrees with the whole recording's."""
-    whole = recording()
+    whole = recording(0)
     readings = replace(
         whole,
         accelerometer=_present(whole.accelerometer, accelerometer),
@@ -131,7 +131,7 @@ def test_whatever_sensor_is_there_when(
     except ImucalError:
         return
     for name, sensor in report.sensors.items():
-        expected = {one.name: one for one in offline().sensors[name].parameters}
+        expected = {one.name: one for one in offline(0).sensors[name].parameters}
         for one in sensor.parameters if all(p.carried for p in sensor.parameters) else ():
             errors = one.standard_error, expected[one.name].standard_error
             if errors[0] is not None and errors[1] is not None:

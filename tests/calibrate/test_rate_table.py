@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -26,7 +27,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate import rate_table
 from imucal_wizard.estimate.fit import refined_minimum
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
-from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import Circumstances
@@ -78,14 +79,20 @@ def test_scale_errors_of_thirty_per_cent_are_told_from_the_next_rate_of_the_list
     within(fit_table(table_recording(case, 6, rates, 4.0, white=True)[0], rates), case)
 
 
+@cache
+def turned_by_hand() -> tuple[FitReport, Readings]:
+    """A recording of rotations by hand and its fit."""
+    hand = record(BNO055, 3, turns=3)
+    return fit_readings(hand), hand
+
+
 def test_together_with_gravity_the_matrix_is_in_the_accelerometers_frame(tmp_path: Path) -> None:
     """The hand's rotations tell how it lies, the table adds the scales: better than either.
 
     The two alone have different frames, but agree in the one that both know.
     """
-    hand = record(BNO055, 3, turns=3)
+    by_hand, hand = turned_by_hand()
     table, _ = table_recording(BNO055, 3, FAST, 4.0, white=True)
-    by_hand = fit_readings(hand)
     alone = by_hand.sensors["gyroscope"]
     by_table = replace(by_hand, sensors={"gyroscope": fit_table(table, FAST)})
     paths = tmp_path / "hand.json", tmp_path / "table.json"
@@ -128,10 +135,10 @@ def test_where_rotations_and_table_have_no_common_fit_the_table_is_used_and_it_i
 @pytest.mark.parametrize(("about", "method"), [("x", "rate table"), ("z", "vector + table")])
 def test_nothing_is_said_of_the_fit_that_the_table_replaces(about: str, method: str) -> None:
     """Rotations about one axis leave gains nominal; with the table all are fitted."""
-    hand = record(BNO055, 3, turns=3)
+    by_hand, hand = turned_by_hand()
     assert hand.gyroscope is not None
     time, kept = hand.gyroscope.time, np.ones(len(hand.gyroscope), bool)
-    for one in fit_readings(hand).rotations:
+    for one in by_hand.rotations:
         if one.axis is None or one.axis not in about:  # nothing was recorded while it turned
             kept &= (time <= one.time[0] + 0.3) | (time >= one.time[-1] - 0.3)
     left = Series(time[kept], hand.gyroscope.values[kept], hand.gyroscope.unit)

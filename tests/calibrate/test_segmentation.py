@@ -14,6 +14,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
+from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement import segmentation
 from imucal_wizard.measurement.blocks import Blocks
 from imucal_wizard.measurement.gaps import error_across_gaps
@@ -64,11 +65,10 @@ def test_no_hold_contains_motion(factor: float) -> None:
         assert not ((moving >= hold.start) & (moving < hold.end)).any()
 
 
-def test_every_rest_is_a_hold_and_nearly_all_of_it_is_kept() -> None:
+def test_every_rest_is_a_hold_and_nearly_all_of_it_is_kept(plain: FitReport) -> None:
     """One first rest, eighteen poses, three starts and eighteen turns: forty holds."""
-    report = fit_readings(session())
-    assert len(report.holds) == 40
-    kept = sum(hold.end - hold.start for hold in report.holds)
+    assert len(plain.holds) == 40
+    kept = sum(hold.end - hold.start for hold in plain.holds)
     moving = np.unique(np.round(_moving() * RATE)) / RATE
     resting = session().accelerometer.time[-1] - len(moving) / RATE
     assert kept > 0.85 * resting
@@ -153,12 +153,11 @@ def test_candidates_are_all_different_and_grow() -> None:
     assert len(keys) == len(found)
 
 
-def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
+def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other(plain: FitReport) -> None:
     """Half a second of samples is missing in a turn: its angle is not known."""
     readings = session()
     gyroscope = _gyroscope(readings)
-    report = fit_readings(readings)
-    turn = next(one for one in report.rotations if len(one.time) > 200 and one.axis == "x")
+    turn = next(one for one in plain.rotations if len(one.time) > 200 and one.axis == "x")
     middle = 0.5 * (turn.time[0] + turn.time[-1])
     keep = np.abs(gyroscope.time - middle) > 0.25
     series = readings.accelerometer
@@ -172,10 +171,11 @@ def test_a_gap_spoils_the_rotation_it_lies_in_and_no_other() -> None:
     assert faulty[0].time[0] < middle < faulty[0].time[-1]
 
 
-def _with_gaps(readings: Readings, samples: int) -> Readings:
-    """The recording without so many samples in the middle of each rotation."""
+def _with_gaps(plain: FitReport, samples: int) -> Readings:
+    """The session without so many samples in the middle of each rotation of its fit."""
+    readings = session()
     gyroscope, kept = _gyroscope(readings), np.ones(len(readings), bool)
-    for turn in fit_readings(readings).rotations:
+    for turn in plain.rotations:
         middle = int(np.searchsorted(gyroscope.time, 0.5 * (turn.time[0] + turn.time[-1])))
         kept[middle : middle + samples] = False
     series = readings.accelerometer
@@ -185,11 +185,9 @@ def _with_gaps(readings: Readings, samples: int) -> Readings:
     )
 
 
-def test_a_gap_of_two_samples_costs_no_rotation() -> None:
+def test_a_gap_of_two_samples_costs_no_rotation(plain: FitReport) -> None:
     """The rate changes little in 30 ms; in a fifth of a second it may do anything."""
-    readings = session()
-    plain = fit_readings(readings)
-    torn = fit_readings(_with_gaps(readings, 2))
+    torn = fit_readings(_with_gaps(plain, 2))
     assert len(torn.rotations) == len(plain.rotations)
     assert [one.problem for one in torn.rotations] == [None] * len(plain.rotations)
     before, after = plain.sensors["gyroscope"], torn.sensors["gyroscope"]
@@ -198,7 +196,7 @@ def test_a_gap_of_two_samples_costs_no_rotation() -> None:
     assert before.floor < after.floor < 1.1 * before.floor
     for old, new in zip(before.parameters, after.parameters, strict=True):
         assert abs(new.value - old.value) < 0.5 * (old.standard_error or 0.0)
-    spoilt = fit_readings(_with_gaps(readings, 20)).rotations
+    spoilt = fit_readings(_with_gaps(plain, 20)).rotations
     assert all("gap of 0.2" in (one.problem or "") for one in spoilt)
 
 
@@ -222,18 +220,17 @@ def test_the_rates_around_a_gap_show_what_it_costs() -> None:
     assert np.mean(np.square(errors)) == pytest.approx(np.mean(said), rel=0.5)
 
 
-def test_gaps_of_any_length_are_one_reason() -> None:
+def test_gaps_of_any_length_are_one_reason(plain: FitReport) -> None:
     """What was said of them is counted by what it is about, and other reasons by their words."""
     stream = session()
-    report = fit_readings(stream)
     time, cut = stream.accelerometer.time, np.zeros(len(stream), bool)
-    for one, seconds in zip(report.rotations, (0.3, 0.5), strict=False):
+    for one, seconds in zip(plain.rotations, (0.3, 0.5), strict=False):
         middle = 0.5 * (one.time[0] + one.time[-1])
         cut |= (time > middle) & (time < middle + seconds)
     own = stream.accelerometer
     left = Series(time[~cut], own.values[~cut], own.unit)
     gyroscope = Series(time[~cut], _gyroscope(stream).values[~cut], "rad/s")
-    holds = report.holds
+    holds = plain.holds
     first, second, *others = rotations_between(holds, gyroscope, left)
     assert first.problem != second.problem
     others[0] = replace(others[0], problem="it was 2 of 3")
@@ -245,27 +242,25 @@ def test_gaps_of_any_length_are_one_reason() -> None:
     assert "it was 2 of 3 (once), it was 3 of 3 (once)" in said
 
 
-def test_sensors_may_have_their_own_rates() -> None:
+def test_sensors_may_have_their_own_rates(plain: FitReport) -> None:
     """A gyroscope at 200 samples per second with its own times beside an accelerometer at 100."""
     readings = session()
     gyroscope = _gyroscope(readings)
     time = np.arange(2 * len(gyroscope)) / (2.0 * RATE) + 0.0013
     values = np.column_stack([np.interp(time, gyroscope.time, y) for y in gyroscope.values.T])
     report = fit_readings(replace(readings, gyroscope=Series(time, values, "rad/s")))
-    plain = fit_readings(readings)
     assert report.rates == pytest.approx({"accelerometer": 100.0, "gyroscope": 200.0})
     assert len(report.holds) == pytest.approx(len(plain.holds), abs=2)
     there, here = report.sensors["gyroscope"], plain.sensors["gyroscope"]
     assert np.abs(there.matrix - here.matrix).max() < 5e-4
 
 
-def test_where_the_gyroscope_is_missing_it_says_nothing() -> None:
+def test_where_the_gyroscope_is_missing_it_says_nothing(plain: FitReport) -> None:
     """It stops after two thirds: its last reading is not one at rest of the holds after that."""
     readings = session()
     gyroscope = _gyroscope(readings)
     end = float(gyroscope.time[2 * len(gyroscope) // 3])
     report = fit_readings(replace(readings, gyroscope=gyroscope.between(-np.inf, end)))
-    plain = fit_readings(readings)
     assert len(report.holds) == pytest.approx(len(plain.holds), abs=2)
     for hold in report.holds:
         assert (hold.gyroscope is None) == (0.5 * (hold.start + hold.end) > end)
@@ -276,10 +271,8 @@ def test_where_the_gyroscope_is_missing_it_says_nothing() -> None:
         assert abs(moved) < 4.0 * error
 
 
-def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
+def test_a_disturbance_in_one_rest_is_no_rotation(plain: FitReport) -> None:
     """A knock of 0.2 s splits the hold; between its halves nothing turned."""
-    readings = session()
-    plain = fit_readings(readings)
     hold = max(plain.holds[1:], key=lambda one: one.end - one.start)
     middle = 0.5 * (hold.start + hold.end)
 
@@ -288,16 +281,17 @@ def test_a_disturbance_in_one_rest_is_no_rotation() -> None:
         values[first : first + 20] += 0.5 * np.sin(np.arange(20))[:, None]
         return values
 
-    report = fit_readings(with_accelerometer(readings, knock))
+    report = fit_readings(with_accelerometer(session(), knock))
     assert len(report.rotations) == len(plain.rotations)
 
 
-def _turned_in_a_rest(readings: Readings, seconds: float, rate: float) -> tuple[Readings, slice]:
-    """The device turns about the vertical in the middle of its longest rest, and where that is.
+def _turned_in_a_rest(plain: FitReport, seconds: float, rate: float) -> tuple[Readings, slice]:
+    """The device turns about the vertical in the middle of the session's longest rest, and where.
 
     The accelerometer does not see it.
     """
-    rest = max(fit_readings(readings).holds, key=lambda one: one.end - one.start)
+    readings = session()
+    rest = max(plain.holds, key=lambda one: one.end - one.start)
     first = np.searchsorted(readings.accelerometer.time, 0.5 * (rest.start + rest.end - seconds))
     rows = slice(int(first), int(first) + round(seconds * RATE))
     up = rest.accelerometer / np.linalg.norm(rest.accelerometer)
@@ -309,21 +303,21 @@ def _turned_in_a_rest(readings: Readings, seconds: float, rate: float) -> tuple[
     return with_gyroscope(readings, turn), rows
 
 
-def test_a_turn_about_the_vertical_is_no_rest_in_which_the_bias_jumped() -> None:
+def test_a_turn_about_the_vertical_is_no_rest_in_which_the_bias_jumped(plain: FitReport) -> None:
     """A circle for the magnetometer: afterwards, the gyroscope reads its usual mean again."""
-    readings, _ = _turned_in_a_rest(session(), 4.0, 30.0)
+    readings, _ = _turned_in_a_rest(plain, 4.0, 30.0)
     report = fit_readings(readings)
-    assert len(report.holds) > len(fit_readings(session()).holds)
+    assert len(report.holds) > len(plain.holds)
     assert not report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
 
 
 @pytest.mark.parametrize("end", ["after another", "at rest again"])
-def test_a_turn_about_the_vertical_may_be_the_last_motion(end: str) -> None:
+def test_a_turn_about_the_vertical_may_be_the_last_motion(plain: FitReport, end: str) -> None:
     """No hold follows it, so that nothing but what is before shows that the bias has not jumped."""
     readings = session()
     if end == "after another":
-        readings, _ = _turned_in_a_rest(readings, 4.0, 30.0)
-    last = fit_readings(session()).holds[-1]
+        readings, _ = _turned_in_a_rest(plain, 4.0, 30.0)
+    last = plain.holds[-1]
     up = last.accelerometer / np.linalg.norm(last.accelerometer)
     first, past = (round(RATE * one) for one in (last.start + 1.5, last.start + 4.0))
 
@@ -353,9 +347,11 @@ def test_a_turn_about_the_vertical_may_be_the_last_motion(end: str) -> None:
     assert min(start for start, _ in apart) > half - 0.5
 
 
-def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope() -> None:
+def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope(
+    plain: FitReport,
+) -> None:
     """Held in the hand, turned on a table: no hold has the rate of the turn, so none was found."""
-    turned, rows = _turned_in_a_rest(session(), 4.0, 30.0)
+    turned, rows = _turned_in_a_rest(plain, 4.0, 30.0)
     rng = np.random.default_rng(2)
 
     def tremble(values: FloatArray) -> FloatArray:
@@ -405,7 +401,9 @@ def test_a_constant_reading_has_no_noise_and_no_division_by_it() -> None:
 
 
 @pytest.mark.parametrize(("unit", "size"), [("rad/s", 1.0), ("count", 4000.0)])
-def test_a_gyroscope_that_feels_gravity_hides_no_rest(unit: str, size: float) -> None:
+def test_a_gyroscope_that_feels_gravity_hides_no_rest(
+    plain: FitReport, unit: str, size: float
+) -> None:
     """0.2 °/s per g is far above the noise of a quiet gyroscope, and no rotation."""
     readings = session()
     gyroscope, force = readings.gyroscope, readings.accelerometer.values / STANDARD_GRAVITY
@@ -413,7 +411,7 @@ def test_a_gyroscope_that_feels_gravity_hides_no_rest(unit: str, size: float) ->
     quiet = uniform_filter1d(gyroscope.values, 9, axis=0)
     felt = size * (quiet + np.radians(0.2) * force[:, [1, 2, 0]])
     report = fit_readings(replace(readings, gyroscope=Series(gyroscope.time, felt, unit)))
-    assert len(report.holds) == len(fit_readings(readings).holds)
+    assert len(report.holds) == len(plain.holds)
     assert report.warnings == ()
 
 

@@ -1,6 +1,7 @@
 """Q's static and dynamic approach as the result: what is held out is what a refit would err."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -28,6 +29,12 @@ def _fitted(plain: FitReport, rotations: list[Rotation], method: str) -> FitRepo
     options = FitOptions(gyroscope_method=method)
     collected = Collected(plain.holds, tuple(rotations))
     return fit_collected(collected, UNITS, 100.0, options)
+
+
+@cache
+def _by(method: str) -> FitReport:
+    """The session with this method of the accelerometer."""
+    return fit_readings(session(), FitOptions(method=method))
 
 
 def _closures(plain: FitReport, matrix: FloatArray, bias: FloatArray) -> FloatArray:
@@ -111,7 +118,7 @@ def test_its_degrees_of_freedom_are_those_of_the_poorest_axis(
 
 def test_the_six_position_method_is_judged_by_the_poses_it_does_not_use() -> None:
     """No face can be left out; the edges were never in its formulae."""
-    report = fit_readings(session(), FitOptions(method="six-position"))
+    report = _by("six-position")
     fit = report.sensors["accelerometer"]
     faces = {f"{sign}{axis}" for sign in "+-" for axis in "xyz"}
     poses = [hold.pose for hold in report.holds]
@@ -155,7 +162,7 @@ def test_the_misfit_of_an_accelerometers_method_is_no_noise_of_the_rotations(met
     """The six-position method leaves 11 mg, and with them the rotations 1.1°; noise makes 0.02°."""
     floors = []
     for name in ("least_squares", method):
-        fit = fit_readings(session(), FitOptions(method=name)).sensors["gyroscope"]
+        fit = _by(name).sensors["gyroscope"]
         assert fit.floor is not None
         floors.append((fit.floor, fit.floor_fitted))
     assert floors[1] == pytest.approx(floors[0], rel=0.1)

@@ -23,6 +23,7 @@ from imucal_wizard.simulate.hand import VirtualHand
 from imucal_wizard.simulate.recording import recording_script
 from imucal_wizard.simulate.samples import VirtualStream
 from imucal_wizard.simulate.sensor import SensorModel
+from tests.calibrate.collecting import offline
 from tests.estimate.whole_session import Session
 from tests.simulate.sensors import truth
 
@@ -133,7 +134,7 @@ def test_what_the_hand_does_is_not_laid_on_the_model() -> None:
 
 def _by_both(seed: int) -> GyroscopeExperiment:
     """Forty rests and the rotations between them, closed by gravity and field."""
-    fit = fit_readings(Session(rate=100.0).readings(seed)).sensors["gyroscope"]
+    fit = offline(seed).sensors["gyroscope"]
     assert fit.method == "vector + field"
     assert isinstance(fit.experiment, GyroscopeExperiment)
     return fit.experiment
