@@ -67,6 +67,8 @@ class Diagnosis:
         apart: the explanations that were compared, and what the poses bring.
         bench: the sensor's bench; None where its data determine no model.
         findings: those that the verdict is about; None without a bench.
+        present: those of the model at the end, which differ where the last step has left only
+            noise; None without a bench.
         ladder: the models tried so far, the base model first.
         added: terms that have been added to the model that the findings are about.
         found: terms of the model that the evidence has added, each with its reason.
@@ -87,6 +89,7 @@ class Diagnosis:
     apart: tuple[Apart, ...] = ()
     bench: Bench | None = None
     findings: BenchFindings | None = None
+    present: BenchFindings | None = None
     ladder: tuple[Rung, ...] = ()
     added: tuple[str, ...] = ()
     found: tuple[Found, ...] = ()
@@ -129,19 +132,19 @@ class Diagnosis:
 
     @property
     def could_be(self) -> float | None:
-        """The error that these data may not show, see ``could_be``.
+        """The error of the model at the end that these data may not show, see ``could_be``.
 
         None without findings, and of a method of the papers: they are those of the usual fit.
         """
-        return None if self.findings is None or self.by_method else self.findings.could_be
+        return None if self.present is None or self.by_method else self.present.could_be
 
     @property
     def hidden_note(self) -> str:
         """The largest error that the figure "could be" leaves out, in a sentence, or ""."""
-        one = None if self.could_be is None or not self.findings else self.findings.most_hidden
-        if self.findings is None or one is None:
+        one = None if self.could_be is None or not self.present else self.present.most_hidden
+        if self.present is None or one is None:
             return ""
-        error = quantity(one.error, self.findings.fit.unit)
+        error = quantity(one.error, self.present.fit.unit)
         return f"these data hide {one.name}, which at its usual size would make {error}"
 
     @property

@@ -256,6 +256,7 @@ def diagnosis_of(
         apart=apart,
         bench=bench,
         findings=findings,
+        present=findings if findings.fit is bench.fit else bench.look(),
         ladder=tuple(bench.ladder),
         added=tuple(term for term in bench.fit.model if term not in before),
         found=bench.found,

@@ -722,16 +722,16 @@ def _shown_by_new_poses_alone(diagnosis: Diagnosis, fit: SensorFit) -> bool:
 
     They have other directions, or the data do not exclude an error as large.
     """
-    bench, report, findings = diagnosis.bench, diagnosis.report, diagnosis.findings
+    bench, report, present = diagnosis.bench, diagnosis.report, diagnosis.present
     error = fit.validation_rms
-    if bench is None or report is None or findings is None or error is None:
+    if bench is None or report is None or present is None or error is None:
         return False
     read = np.array([one.accelerometer for one in report.validation])
     new = unit_vectors((read - fit.bias) @ fit.matrix.T)
     held = bench.rows.direction[~np.isnan(bench.rows.direction).any(axis=1)]
     nearest = np.arccos(np.clip((new @ held.T).max(axis=1), -1.0, 1.0))
-    hidden = findings.most_hidden
-    possible = max(findings.could_be or 0.0, 0.0 if hidden is None else hidden.error)
+    hidden = present.most_hidden
+    possible = max(present.could_be or 0.0, 0.0 if hidden is None else hidden.error)
     return bool((nearest > SAME_DIRECTION).any()) or possible >= error
 
 

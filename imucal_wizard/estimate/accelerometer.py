@@ -123,7 +123,6 @@ class AccelerometerExperiment(Experiment):
             wander = gain * flicker_between(labels.span)
             root = math.sqrt(flicker.variance)
             if root:
-                self.long_rest = None  # it is among the holds that show the flicker noise
                 self.source = replace(
                     self.source, wander=root * wander, slow_freedom=flicker.freedom
                 )

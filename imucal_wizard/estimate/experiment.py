@@ -250,6 +250,14 @@ class Experiment(ABC):
         """
         return {}
 
+    def temperature_at(self, time: FloatArray) -> FloatArray:
+        """Temperature of the sensor at times of the recording, NaN where it is not known, (n,).
+
+        Args:
+            time: s, shape (n,).
+        """
+        return np.full(len(time), np.nan)
+
     def refined(self, found: "Minimum[Experiment]") -> "Experiment":
         """The same rows with what a fit with effects has shown of their frame; mostly itself."""
         del found

@@ -269,6 +269,11 @@ class GyroscopeExperiment(Movable):
             if not self.recorded[own].all()
         }
 
+    def temperature_at(self, time: FloatArray) -> FloatArray:
+        """See ``Experiment``."""
+        origin = first_time(self.holds, self.readings)
+        return temperature_at(time - origin, self.circumstances, self.readings, origin)
+
     def _tilts(self) -> FloatArray:
         """Variance of up across gravity by which closures share each hold, (n,)."""
         tilts = self._tilts_of_means()
@@ -613,17 +618,24 @@ def motion_of(
         origin: time that counts as 0, s.
     """
     hold = before[samples.rotation]
-    temperature, recorded = np.full(len(time), np.nan), np.isfinite(known.temperature)
-    if readings is not None and readings.temperature is not None and len(readings.temperature):
-        series = readings.temperature
-        temperature = np.interp(time, series.time - origin, series.values[:, 0])
-    elif recorded.any():
-        temperature = np.interp(time, known.time[recorded], known.temperature[recorded])
     return replace(
         known.select(hold),
         rate=(samples.reading - start.bias) @ start.matrix.T,
-        temperature=temperature,
+        temperature=temperature_at(time, known, readings, origin),
         time=time,
         previous=known.force[hold],
         seconds=np.zeros(len(time)),
     )
+
+
+def temperature_at(
+    time: FloatArray, known: Circumstances, readings: Readings | None, origin: float
+) -> FloatArray:
+    """Temperature at some times, NaN where none was recorded; see ``motion_of``, shape (n,)."""
+    recorded = np.isfinite(known.temperature)
+    if readings is not None and readings.temperature is not None and len(readings.temperature):
+        series = readings.temperature
+        return np.interp(time, series.time - origin, series.values[:, 0])
+    if recorded.any():
+        return np.interp(time, known.time[recorded], known.temperature[recorded])
+    return np.full(len(time), np.nan)

@@ -25,12 +25,15 @@ from imucal_wizard.core.statistics import is_covariance
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.holds import Hold, Rotation, times_in_hold
 
-if TYPE_CHECKING:  # imported where a rate table turned the device
+if TYPE_CHECKING:  # the second is imported where a rate table turned the device
+    from imucal_wizard.estimate.experiment import Experiment
     from imucal_wizard.estimate.table_steps import TableTurn
 
 MAX_INCREMENT_ERROR = np.radians(5e-4)
 """Of a rotation that is integrated from its increments instead of its samples, rad: half of what
 the file promises, so that other biases and matrices stay within the promise."""
+TEMPERATURE_DIGITS = 4
+"""Decimals of the temperatures in rotations: far below what any sensor shows."""
 SAMPLES_PER_INCREMENT = (32, 24, 16, 12, 8, 6, 4, 3, 2, 1)
 """Tried in turn until the error is small enough."""
 INCREMENT_DIGITS = 10
@@ -134,6 +137,8 @@ class RotationIncrements(msgspec.Struct, frozen=True):
         gyroscope: integral of the reading over each, ``bias_unit`` times s, k×3.
         accelerometer: mean reading over each, k×3, or None where it was not kept.
         axis: body axis of the rotation, or None for any other axis.
+        temperature: mean in each interval, °C; None where it is not known and in older files, whose
+            rotations have the mean of the two holds.
     """
 
     before: int
@@ -142,6 +147,7 @@ class RotationIncrements(msgspec.Struct, frozen=True):
     gyroscope: list[list[float]]
     accelerometer: list[list[float]] | None = None
     axis: str | None = None
+    temperature: list[float] | None = None
 
     def readings(self) -> FloatArray:
         """Mean reading of the gyroscope over each interval, shape (k, 3)."""
@@ -150,21 +156,9 @@ class RotationIncrements(msgspec.Struct, frozen=True):
     def moments(self, before: HoldMeans, after: HoldMeans) -> FloatArray:
         """Times that the readings of the intervals come from, s, rising, shape (k + 1,).
 
-        A constant reading replaces the samples of half a hold in which the device turned. It is a
-        weighted mean over the whole hold (see ``RotationSet.between_means``).
+        See ``_moments_of``.
         """
-        out = np.array(self.edges)
-        lasts = before.end - before.start
-        if before.end - out[0] > HALF_A_HOLD * lasts:
-            own = out < before.end
-            part = (out[own] - out[0]) / (before.end - out[0])
-            out[own] = times_in_hold(before.start, before.end, part, 1)
-        lasts, last = after.end - after.start, self.edges[-1]
-        if last - after.start > HALF_A_HOLD * lasts:
-            own = out > after.start
-            part = (out[own] - after.start) / (last - after.start)
-            out[own] = times_in_hold(after.start, after.end, part, -1)
-        return out
+        return _moments_of(np.array(self.edges), before, after)
 
     def attitudes(self, rates: FloatArray) -> FloatArray:
         """Attitude at each edge from that at the beginning, body to body, shape (k + 1, 3, 3).
@@ -173,6 +167,29 @@ class RotationIncrements(msgspec.Struct, frozen=True):
             rates: corrected mean rate over each interval, rad/s, shape (k, 3).
         """
         return _reintegrated(np.array(self.edges), rates)
+
+
+def _moments_of(times: FloatArray, before: HoldMeans | Hold, after: HoldMeans | Hold) -> FloatArray:
+    """Times that the readings of a rotation come from, s, rising, shape (n,).
+
+    A constant reading replaces the samples of half a hold in which the device turned. It is a
+    weighted mean over the whole hold (see ``RotationSet.between_means``).
+
+    Args:
+        times: from the beginning of the rotation to its end, s, shape (n,).
+        before: the hold before.
+        after: the hold after.
+    """
+    out, last = times.copy(), times[-1]
+    if before.end - out[0] > HALF_A_HOLD * (before.end - before.start):
+        own = out < before.end
+        part = (out[own] - out[0]) / (before.end - out[0])
+        out[own] = times_in_hold(before.start, before.end, part, 1)
+    if last - after.start > HALF_A_HOLD * (after.end - after.start):
+        own = out > after.start
+        part = (out[own] - after.start) / (last - after.start)
+        out[own] = times_in_hold(after.start, after.end, part, -1)
+    return out
 
 
 class FieldMean(msgspec.Struct, frozen=True):
@@ -343,6 +360,8 @@ def wrong_measurements(
         beside = one.accelerometer
         if beside is not None and [len(row) for row in beside] != [3] * len(one.gyroscope):
             return "a rotation does not have the accelerometer's reading in each interval"
+        if one.temperature is not None and len(one.temperature) != len(one.gyroscope):
+            return "a rotation does not have the temperature of each interval"
     for step in table:
         spread, scatter = step.covariance, step.scatter
         if spread is not None and not is_covariance(spread, 3):
@@ -425,6 +444,7 @@ def rotation_increments(report: FitReport) -> list[RotationIncrements]:
             places[after],
             fit.matrix,
             fit.bias,
+            fit.experiment,
         )
         for number, one in enumerate(report.rotations)
         if one.problem is None
@@ -448,7 +468,12 @@ def _from_means(
 
 
 def increments_of(
-    rotation: Rotation, before: int, after: int, matrix: FloatArray, bias: FloatArray
+    rotation: Rotation,
+    before: int,
+    after: int,
+    matrix: FloatArray,
+    bias: FloatArray,
+    experiment: "Experiment | None" = None,
 ) -> RotationIncrements:
     """A rotation in as few intervals as keep its attitude.
 
@@ -458,6 +483,7 @@ def increments_of(
         after: number of the hold after.
         matrix: about right, rad/s per reading unit.
         bias: about right, reading unit.
+        experiment: knows the temperature.
     """
     kept = strictly_later(rotation.time)
     time, reading = rotation.time[kept], rotation.rate[kept]
@@ -476,10 +502,16 @@ def increments_of(
     force = rotation.accelerometer
     means = None
     if force is not None:
-        sums = np.diff(_integral(time, force[kept])[rows], axis=0)
-        means = _rounded(sums / np.diff(edges)[:, None])
-    axis = rotation.axis
-    return RotationIncrements(before, after, edges.tolist(), _rounded(parts), means, axis)
+        whole = _integral(time, force[kept])
+        means = _rounded(np.diff(whole[rows], axis=0) / np.diff(edges)[:, None])
+    temperature, warm = None, np.full(1, np.nan)
+    if experiment is not None:
+        warm = experiment.temperature_at(_moments_of(time, rotation.before, rotation.after))
+    if np.isfinite(warm).all():
+        own = np.diff(_integral(time, np.tile(warm[:, None], 3))[rows, 0]) / np.diff(edges)
+        temperature = own.round(TEMPERATURE_DIGITS).tolist()
+    sums, axis = _rounded(parts), rotation.axis
+    return RotationIncrements(before, after, edges.tolist(), sums, means, axis, temperature)
 
 
 def field_means(report: FitReport) -> list[FieldMean]:

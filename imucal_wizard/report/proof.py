@@ -170,7 +170,8 @@ class Proof:
         sensor, holds = calibration["gyroscope"], calibration.hold_means
         matrix, bias = np.array(sensor.matrix), np.array(sensor.bias)
         origin = 0.5 * (holds[0].start + holds[0].end) - (holds[0].time or 0.0)
-        reading, force, time, temperature = [], [], [], []
+        reading, force, time = [], [], []
+        temperature: list[float] = []
         seconds = []
         for one in self._rotations:
             y = one.readings()
@@ -184,7 +185,8 @@ class Proof:
             seconds += (calibration.splits_holds * np.diff(edges)).tolist()
             warm = [holds[k].temperature for k in (one.before, one.after)]
             known = [value for value in warm if value is not None]
-            temperature += [np.mean(known) if known else np.nan] * len(y)
+            mean = float(np.mean(known)) if known else np.nan
+            temperature += one.temperature or [mean] * len(y)
         forces, count = calibration.gravity.value * np.concatenate(force), len(time)
         nothing = np.zeros((count, 3))
         where = Circumstances(

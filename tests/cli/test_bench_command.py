@@ -82,6 +82,10 @@ def test_a_hidden_effect_is_named_added_and_the_error_held_out_falls(
     found = said["parameters"]["second-order_x"]
     assert abs(found["value"] - 5.0) < 4.5 * found["standard_error"]
     assert "second-order" in said["says"]
+    # the error that may be hidden is that of the model in the file, not of the one before it
+    same = tmp_path / "same.json"
+    cli.main(["bench", str(recording), "--add", "second-order", "--save", str(same)])
+    assert load(path)["accelerometer"].could_be == load(same)["accelerometer"].could_be
 
 
 def test_a_guess_is_compared_with_the_evidence(

@@ -1,8 +1,10 @@
 """A model with effects on disk: it corrects what was read as the bench's own fit does."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from imucal_wizard.api import load
 from imucal_wizard.cli.main import main
 from imucal_wizard.core.description import Description
 from imucal_wizard.core.errors import DataError, RecordingError, UsageError
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.estimate.accelerometer import AccelerometerExperiment
@@ -19,6 +21,7 @@ from imucal_wizard.model.catalogue import load_effect
 from imucal_wizard.report.calibration_file import Sensor, read_calibration
 from imucal_wizard.report.calibration_record import described, from_report, sensor_record
 from imucal_wizard.report.device_history import save_in_history
+from imucal_wizard.report.proof import Proof, own
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.services import WizardServices
 from tests.diagnose.recordings import MG, fitted, tumbled
@@ -123,6 +126,37 @@ def test_a_step_inside_a_hold_is_proven_by_the_file(tmp_path: Path) -> None:
     (step,) = saved["gyroscope"].effects
     moment = (step.variant or 0.0) + readings.accelerometer.time[0]
     assert any(hold.start + 1.0 < moment < hold.end - 1.0 for hold in saved.hold_means)
+
+
+def test_a_temperature_that_changes_in_rotations_and_holds_is_in_the_file(tmp_path: Path) -> None:
+    """Scale and bias follow it by far more than the noise: the mean of two holds is not enough."""
+    _, readings = fitted(poses="26", seed=6, rotations=4)
+    gyroscope, start = readings.gyroscope, readings.accelerometer.time[0]
+    assert gyroscope is not None
+    since = gyroscope.time - start
+    warm = (8.0 * np.sin(2.0 * np.pi * since / 150.0))[:, None]
+    scale, bias = np.array([2e-3, -1e-3, 1.5e-3]), np.radians([0.05, -0.03, 0.04])
+    values = gyroscope.values * (1.0 + scale * warm) + bias * warm
+    warmed = replace(
+        readings,
+        gyroscope=replace(gyroscope, values=values),
+        temperature=Series(gyroscope.time, 25.0 + warm, "degC"),
+    )
+    benches = Benches(fit_readings(warmed), warmed)
+    bench = benches.bench("gyroscope")
+    assert bench is not None
+    for name in ("bias-temperature", "scale-temperature"):
+        bench.add(name)
+    assert bench.fit.rms_fitted < 1.5 * (bench.fit.floor_fitted or 0.0)
+    saved = read_calibration(written(benches, tmp_path / "c.json"))  # refused if it contradicts
+    proven = Proof(saved).errors(own(saved), frame=False)["gyroscope"]
+    # an interval has the mean of its temperature, however the rate changes in it
+    assert proven == pytest.approx(bench.fit.rms_fitted, rel=0.03)
+    without = [msgspec.structs.replace(one, temperature=None) for one in saved.rotation_increments]
+    older = msgspec.structs.replace(saved, rotation_increments=without)
+    assert Proof(older).errors(own(older), frame=False)["gyroscope"] > 1.1 * proven
+    changed = [one.temperature for one in saved.rotation_increments]
+    assert all(one is not None and max(one) > min(one) for one in changed)
 
 
 def test_a_step_of_an_older_file_counts_for_whole_holds(tmp_path: Path) -> None:
