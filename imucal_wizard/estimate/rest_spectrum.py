@@ -40,9 +40,9 @@ MIN_SPECTRUM_SAMPLES = 16
 """Of a hold or rotation, for a spectrum with something in each band."""
 ENOUGH_AT_REST = 500_000
 """Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
-LEVEL = 1.5
-"""Highest over lowest frequency of bands that show the same: a hand's power, which falls with the
-square of the frequency at least, is less than half there."""
+LEVEL = 1.7
+"""Highest over lowest frequency of neighbouring bands that show the same, up to the highest: a
+hand's power, which falls with the square of the frequency at least, is a third there."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
 
@@ -158,8 +158,9 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     known = edges[1:] <= max(corner, LOWEST_CORNER)
     freedom = _band_freedom(np.array(widths)[:, known])
     quiet, bands = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
-    ends = edges[np.flatnonzero(bands)[[0, -1]] + [0, 1]]
-    return RestSpectrum(quiet, half, quarter, count, bool(ends[1] >= LEVEL * ends[0]))
+    alike = len(bands) - int(np.argmin(np.append(bands[::-1], False)))  # the first of the last ones
+    level = edges[len(bands)] >= LEVEL * edges[alike]
+    return RestSpectrum(quiet, half, quarter, count, bool(level))
 
 
 def _band_freedom(lines: IntArray) -> FloatArray:
