@@ -31,6 +31,7 @@ from imucal_wizard.core.statistics import median
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Bench, BenchFindings
 from imucal_wizard.diagnose.curve_shape import DECIMALS
+from imucal_wizard.diagnose.detectability import USUAL_SIZES
 from imucal_wizard.diagnose.diagnosis import Apart, Diagnosis
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.optimal_design import (
@@ -510,9 +511,12 @@ def _separate(
         )
         count = len(chosen)
     size = float(np.abs(first.size).max())
-    unit = first.effect.parameters(bench.sensor)[0].unit
+    parameters = first.effect.parameters(bench.sensor)
+    largest = USUAL_SIZES * max(one.typical for one in parameters)
+    # a larger effect is not to be expected: no size would do
+    before = before * size if before * size <= max(largest, size) else np.inf
     names = first.effect.name, second.effect.name
-    return chosen, Apart(*names, before * size, after * size, size, unit, count, rotate)
+    return chosen, Apart(*names, before, after * size, size, parameters[0].unit, count, rotate)
 
 
 def separating_poses(

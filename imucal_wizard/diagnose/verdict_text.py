@@ -809,7 +809,7 @@ def would_decide(one: Apart, kind: str) -> str:
     before = (
         "at no size"
         if not np.isfinite(one.before)
-        else f"from {size_with_unit(one.before, one.unit)}"
+        else f"from {size_with_unit(one.before, one.unit)} on"
     )
     listed = f"{one.things}, listed as the next ones,"
     after, here = (
@@ -818,12 +818,12 @@ def would_decide(one: Apart, kind: str) -> str:
     )
     if one.enough:
         return (
-            f"These data separate {pair} {before} on; {listed} would separate them from {after} "
-            f"on, and {here}."
+            f"These data separate {pair} {before}; {listed} would separate them from {after} on, "
+            f"and {here}."
         )
     what = "Rotations" if one.turning else "Still poses at 1 g"
     return (
-        f"{what} hardly separate {pair}: these data do {before} on, {listed} from {after} on, and "
+        f"{what} hardly separate {pair}: these data do {before}, {listed} from {after} on, and "
         f"{here}. {_capital(beyond)} may."
     )
 

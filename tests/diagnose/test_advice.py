@@ -185,6 +185,8 @@ def test_what_poses_bring_is_told_in_the_digits_of_the_verdict() -> None:
     assert brings(apart) == "both poses together: from 12 mg/°C instead of 795 mg/°C"
     never = replace(apart, before=np.inf)
     assert brings(never) == "both poses together: from 12 mg/°C instead of no size"
+    pair = "These data separate scale-temperature from bias-temperature"
+    assert would_decide(never, "time").startswith(f"{pair} at no size; 2 more poses, listed")
     assert brings(replace(apart, poses=1)) == "this pose: from 12 mg/°C instead of 795 mg/°C"
 
 
