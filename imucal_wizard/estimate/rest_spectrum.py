@@ -40,7 +40,7 @@ MIN_SPECTRUM_SAMPLES = 16
 """Of a hold or rotation, for a spectrum with something in each band."""
 ENOUGH_AT_REST = 500_000
 """Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
-LEVEL = 1.7
+LEVEL_BANDS = 1.7
 """Highest over lowest frequency of neighbouring bands that show the same, up to the highest: a
 hand's power, which falls with the square of the frequency at least, is a third there."""
 CLEAR = 3.0
@@ -159,7 +159,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     freedom = _band_freedom(np.array(widths)[:, known])
     quiet, bands = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
     alike = len(bands) - int(np.argmin(np.append(bands[::-1], False)))  # the first of the last ones
-    level = edges[len(bands)] >= LEVEL * edges[alike]
+    level = edges[len(bands)] >= LEVEL_BANDS * edges[alike]
     return RestSpectrum(quiet, half, quarter, count, bool(level))
 
 
