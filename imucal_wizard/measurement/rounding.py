@@ -192,11 +192,11 @@ def shift_at_places(rounded: FloatArray, step: float, samples: FloatArray) -> Fl
     Returns:
         r² of each average over all positions, see ``rounding_variance``, shape (n,).
     """
-    noise, _, seen, scatter = _at_places()
-    shifts = rounding_variance(noise[:, 0], np.ones(len(noise)))
     out, coarse = np.zeros(len(rounded)), np.flatnonzero(rounded < NO_ROUNDING * step**2)
     if not len(coarse):
         return out
+    noise, _, seen, scatter = _at_places()
+    shifts = rounding_variance(noise[:, 0], np.ones(len(noise)))
     likelihood = np.empty((len(coarse), len(noise)))
     for row, k in enumerate(coarse.tolist()):
         # a variance of n samples is known to a part of a sample on the next step at best
