@@ -43,12 +43,12 @@ from imucal_wizard.estimate.parameters import (
     unit_of,
 )
 from imucal_wizard.estimate.result import FitReport, SensorFit
+from imucal_wizard.estimate.rounded import rate_shift
 from imucal_wizard.estimate.slow_noise import spans_of
 from imucal_wizard.estimate.slow_rests import long_rest
 from imucal_wizard.estimate.table_rows import (
     circumstances_during,
     known_rotations,
-    rounding_of_means,
 )
 from imucal_wizard.estimate.table_steps import (
     KnownRates,
@@ -60,6 +60,7 @@ from imucal_wizard.estimate.table_steps import (
 )
 from imucal_wizard.estimate.variance_components import determined
 from imucal_wizard.measurement.constant_rates import constant_rates
+from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, SENSORS
 from imucal_wizard.model.effects.earth_rate import EARTH_RATE
 from imucal_wizard.model.nominal_gains import Nominal, datasheet_precision
@@ -133,7 +134,7 @@ class RateTableExperiment(Movable):
 
     def _rests(self) -> RateAtRest:
         rests, matrix = self.data.rests, self._start.matrix
-        shift = rounding_of_means(rests, self.series)
+        shift = rate_shift(rests, resolution_of(self.series.values))
         noise, number = rest_of(rests, matrix).mean, np.arange(len(rests))
         span = spans_of(rests)
         where = circumstances_during(span, self.series, self.readings, self.force)

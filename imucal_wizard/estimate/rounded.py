@@ -17,6 +17,7 @@ from imucal_wizard.measurement.rounding import (
     noise_at_one_place,
     resolution_of,
     rounding_variance,
+    shift_at_places,
     variance_before_rounding,
 )
 
@@ -46,12 +47,9 @@ def steps_in(collected: Collected) -> Steps:
 def with_rounding(holds: Sequence[Hold], steps: Steps) -> list[Hold]:
     """The holds with what rounding does to their accelerations added to the covariance of these.
 
-    How far noise carries readings from one step to the next is taken from all holds together. The
-    gyroscope reads its bias in all of them, which rounding shifts everywhere alike: see
+    The gyroscope reads its bias in all of them, which rounding shifts everywhere alike: see
     ``rate_shift``.
     """
-    averages = [(hold.accelerometer_covariance, hold.samples) for hold in holds]
-    shift = _shift(averages, steps[0])
     return [
         replace(
             hold,
@@ -60,8 +58,28 @@ def with_rounding(holds: Sequence[Hold], steps: Steps) -> list[Hold]:
             if hold.accelerometer_scatter is None
             else hold.accelerometer_scatter + shift,
         )
-        for hold in holds
+        for hold, shift in zip(holds, shift_of_means(holds, steps[0]), strict=True)
     ]
+
+
+def shift_of_means(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
+    """Variance by rounding of each axis of the accelerometer's mean, shape (h, 3).
+
+    How far noise carries readings from one step to the next is taken from the samples of all holds:
+    the covariances of means have few degrees of freedom.
+    """
+    out = np.zeros((len(holds), 3))
+    scatters = [one.accelerometer_scatter for one in holds]
+    samples = np.array([one.samples for one in holds])
+    known = np.array([one is not None and bool(np.isfinite(one).all()) for one in scatters], bool)
+    if not known.all():
+        averages = [(one.accelerometer_covariance, one.samples) for one in holds]
+        out += rounding_variance(variance_before_rounding(_single_samples(averages), step), step)
+    single = np.array([s for s, k in zip(scatters, known, strict=True) if k]).reshape(-1, 3)
+    for axis in np.flatnonzero(step > 0.0):
+        variance = single[:, axis] * samples[known]
+        out[known, axis] = shift_at_places(variance, float(step[axis]), samples[known])
+    return out
 
 
 def rate_shift(holds: Sequence[Hold], step: FloatArray) -> FloatArray:
@@ -122,13 +140,18 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
     """
     notes = []
     step_a, step_g = steps
-    for sensor, step, averages in (
-        ("accelerometer", step_a, [(h.accelerometer_covariance, h.samples) for h in plain]),
-        ("gyroscope", step_g, _rates(plain)),
+    for sensor, step, shift_of, averages in (
+        (
+            "accelerometer",
+            step_a,
+            shift_of_means,
+            [(h.accelerometer_covariance, h.samples) for h in plain],
+        ),
+        ("gyroscope", step_g, rate_place, _rates(plain)),
     ):
         if step is None or sensor not in units or not averages:
             continue
-        shift = float(np.sqrt(_shift(averages, step).mean()))
+        shift = float(np.sqrt(shift_of(plain, step).mean()))
         noise = float(np.sqrt(median([np.trace(covariance) / 3.0 for covariance, _ in averages])))
         if shift > noise:
             width, error = (quantity(v, units[sensor], 2) for v in (float(step.max()), shift))
@@ -169,11 +192,6 @@ def _rates(holds: Sequence[Hold]) -> list[tuple[FloatArray, int]]:
     """Covariance of each mean rate, and how many samples it is the mean of."""
     known = [(hold.gyroscope_covariance, hold.samples) for hold in holds]
     return [(covariance, samples) for covariance, samples in known if covariance is not None]
-
-
-def _shift(averages: Sequence[tuple[FloatArray, int]], step: FloatArray) -> FloatArray:
-    """Variance by rounding of each axis, shape (3,), from covariances of averages of n samples."""
-    return rounding_variance(variance_before_rounding(_single_samples(averages), step), step)
 
 
 def _single_samples(averages: Sequence[tuple[FloatArray, int]]) -> FloatArray:

@@ -9,7 +9,7 @@ from imucal_wizard.core.directions import group_directions, unit_vectors
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE
 from imucal_wizard.estimate.noise import rest_of
-from imucal_wizard.estimate.rounded import with_rounding
+from imucal_wizard.estimate.rounded import shift_of_means
 from imucal_wizard.estimate.table_steps import TableData, one_sense
 from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of
@@ -91,9 +91,7 @@ def _noise(
 
 def rounding_of_means(holds: Sequence[Hold], series: Series) -> FloatArray:
     """Variance by which the steps of the readings shift a mean, reading units², shape (3,)."""
-    shifted = with_rounding(holds[:1], (resolution_of(series.values), None))[0]
-    more = shifted.accelerometer_covariance - holds[0].accelerometer_covariance
-    return np.asarray(np.maximum(np.diag(more), 0.0))
+    return np.asarray(shift_of_means(holds, resolution_of(series.values)).mean(axis=0))
 
 
 def circumstances_during(

@@ -10,6 +10,7 @@ from imucal_wizard.measurement.rounding import (
     rounding_covariance,
     rounding_noise,
     rounding_variance,
+    shift_at_places,
     variance_before_rounding,
 )
 
@@ -60,6 +61,38 @@ def test_the_shift_of_readings_at_one_place_is_not_claimed_too_small(sigma: floa
     assert np.mean(seen**2 / np.maximum(whole, 1e-12)) < 1.5
     assert np.mean(np.abs(seen) < 1.96 * np.sqrt(whole)) > 0.93
     assert np.sqrt(np.median(before)) == pytest.approx(sigma, abs=0.15)
+
+
+@pytest.mark.parametrize("sigma", [0.0, 0.1, 0.15, 0.2, 0.25, 0.3])
+def test_the_shift_of_averages_at_many_places_is_that_of_their_noise(sigma: float) -> None:
+    """Sixty sessions of fifty averages each, from the variances alone: stated over true error."""
+    true, readings = _rounded(sigma, places=3000, samples=300)
+    noise, count = readings.var(axis=1, ddof=1), np.full(50, 300)
+    stated = [shift_at_places(one, 1.0, count) for one in noise.reshape(60, 50)]
+    whole = np.mean(stated) + noise.mean() / 300.0
+    assert 0.85 < np.sqrt(whole / ((readings.mean(axis=1) - true) ** 2).mean()) < 1.2
+    each = np.sqrt(np.mean(stated, axis=1))
+    # the mean variance of fifty averages gives 14 % of it
+    assert each.std() < 0.1 * each.mean()
+
+
+@pytest.mark.parametrize("sigma", [0.1, 0.2])
+def test_averages_of_a_hand_that_trembles_take_no_shift_from_the_others(sigma: float) -> None:
+    """Every other one trembles by half a step, one is moved by ten: the still ones keep theirs."""
+    true, still = _rounded(sigma, places=2000, samples=300)
+    rng = np.random.default_rng(4)
+    tremor = 0.5 * np.sqrt(2.0) * np.sin(0.5 * np.arange(300) + rng.uniform(0.0, 6.0, (2000, 1)))
+    dither = np.round(true[:, None] + tremor + sigma * rng.standard_normal((2000, 300)))
+    readings = np.where(np.arange(2000)[:, None] % 2, dither, still)
+    noise, count = readings.var(axis=1, ddof=1), np.full(50, 300)
+    noise[::50] = 100.0
+    stated = np.array([shift_at_places(one, 1.0, count) for one in noise.reshape(40, 50)]).ravel()
+    quiet = np.arange(2000) % 2 == 0
+    quiet[::50] = False
+    error = ((still.mean(axis=1) - true)[quiet] ** 2).mean()
+    assert 0.85 < np.sqrt((stated[quiet].mean() + noise[quiet].mean() / 300.0) / error) < 1.2
+    assert stated[::50].max() == 0.0
+    assert stated[1::2].mean() < 0.1 * stated[quiet].mean()
 
 
 def test_without_noise_it_is_a_twelfth_and_from_half_a_step_on_nothing() -> None:
