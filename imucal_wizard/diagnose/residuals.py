@@ -154,10 +154,16 @@ class WhitenedResiduals:
         return self._lack(wider, self.visits)
 
     def lack_without(self, items: Sequence[int], columns: FloatArray) -> LackOfFit:
-        """The same without the rows that some holds or rotations spoil."""
+        """The same without the rows that some holds or rotations spoil.
+
+        The visits are compared as a fit without these rows leaves them: one that is far off turns
+        the others away from each other.
+        """
         out = self.table.spoilt(items)
         wider = np.column_stack([self.without(out).base, columns])
-        return self._lack(wider, self.visits.without(out))
+        beside = complement(wider)
+        again = replace(self, residual=beside @ (beside.T @ self.residual))
+        return again._lack(wider, self.visits.without(out))
 
     def _lack(self, columns: FloatArray, visits: Visits) -> LackOfFit:
         return lack_of_fit(self.residual, columns, self.sigma, visits, self.settings)

@@ -35,7 +35,7 @@ from imucal_wizard.diagnose.posterior import MAX_NOISE_PROBABILITY, HypothesisSe
 from imucal_wizard.diagnose.random_walk import wandering
 from imucal_wizard.diagnose.referee import Hearing
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
-from imucal_wizard.estimate.lack_of_fit import LackOfFit
+from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL, LackOfFit
 
 Terms = tuple[str, ...]
 _Key = TypeVar("_Key")
@@ -233,7 +233,9 @@ resembles."""
 MAX_SHARE_LEFT_BY_PROBABLE = 0.1
 """The same below which what has no name for certain is probably this effect: the rest may be
 another, smaller error of the sensor. A choice, about three times that of a name: larger, and more
-is called probable that only resembles the cause."""
+is called probable that only resembles the cause. Holds are called disturbed beside slow noise that
+the repeats show if it is no more than this share: larger, and holds are accused of an error that
+is in all of them."""
 MAX_HEARD = 6
 """Explanations of which another sensor is asked, the likeliest first: each costs a fit."""
 MIN_PROBABLE = 0.5
@@ -499,20 +501,26 @@ def _needed_for_agreement(
 ) -> tuple[int, ...]:
     """Those of the likely holds or rotations that must be left out for the others to agree.
 
-    As of a model that is complete, noise that was measured must make what the others leave beside
-    the families named, and be a likely explanation of it. None where the others do not agree
-    without all of these.
+    The noise within the holds must make what the others leave beside the families named and how
+    far their repeats differ, and be a likely explanation of it. Visits that differ by more excuse
+    what is left only where it is little beside what these holds carry: an error in every visit is
+    no disturbance of some. None where the others do not agree without all of these.
     """
     across = hypotheses.frame.across
     of_named = [across @ best.own_span(family) for family in named]
     columns = np.column_stack([np.zeros((len(misfit), 0)), *of_named])
+
+    lack = misfit.lack_beside(columns)
 
     def agree_without(items: tuple[int, ...]) -> bool:
         own = misfit.whitened(np.eye(len(misfit))[:, misfit.table.spoilt(items)])
         inside = span_of(across.T @ np.column_stack([columns, own]))
         beside = hypotheses.beside(best.coordinates, inside, best.largest_wander)
         noise = misfit.lack_without(items, columns)
-        return beside[NOTHING] > MAX_NOISE_PROBABILITY and noise.within_noise
+        if not noise.within_noise or beside[NOTHING] <= MAX_NOISE_PROBABILITY:
+            return False
+        excused = noise.p < TEST_LEVEL or noise.visits_differ
+        return not excused or share_left(lack, noise) <= MAX_SHARE_LEFT_BY_PROBABLE
 
     if not agree_without(holds):
         return ()

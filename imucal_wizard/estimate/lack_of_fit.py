@@ -63,10 +63,14 @@ class LackOfFit:
         return self._visits_explain and self.ratio <= MAX_REPEATABILITY
 
     @property
+    def visits_differ(self) -> bool:
+        """Whether repeated visits to a pose differ by more than the noise within the holds."""
+        return self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
+
+    @property
     def not_repeatable(self) -> bool:
         """Whether the visits explain what is left, and differ by far more than the noise."""
-        differ = self.p_repeatable is not None and self.p_repeatable < TEST_LEVEL
-        if not self._visits_explain or not differ or self.share is None:
+        if not self._visits_explain or not self.visits_differ or self.share is None:
             return False
         return MAX_REPEATABILITY < self.ratio < MAX_LEFT_BY_VISITS * float(np.sqrt(self.share))
 
