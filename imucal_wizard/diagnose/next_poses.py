@@ -65,7 +65,11 @@ MAX_POSES_WHEN_SETTLED = 6
 MAX_PAIRS = 6
 """Pairs of explanations compared at most."""
 MAX_REPEATED_HOLDS = 4
-"""Holds or rotations that are measured again where nothing explains what is left: the worst."""
+"""Holds or rotations that are measured again where nothing explains what is left: the worst. As
+many new directions, where repeats agree."""
+DOES_IT_REPEAT = "does this repeat?"
+FROM_ANOTHER_SIDE = "reach it from another pose than before: does the reading change?"
+NOT_SEEN_YET = "a direction that no hold has seen yet"
 POSES_INSIDE_STEEP_PART = 4
 """With ``MIN_HOLDS_INSIDE`` of them inside, one may lie outside."""
 MIN_SPARE_DIRECTIONS = 2
@@ -156,9 +160,9 @@ def next_requests(
     if verdict is Verdict.DISTURBED:
         return _repeat_disturbed(table, findings), ()
     if verdict is Verdict.UNEXPLAINED:
-        return (*inside_steep_part(bench, findings), *_corners_and_repeats(table)), ()
+        return (*inside_steep_part(bench, findings), *_new_or_again(bench)), ()
     if verdict is Verdict.NOT_REPEATABLE:
-        return (*inside_steep_part(bench, findings), *_worst_again(table)), ()
+        return (*inside_steep_part(bench, findings), *_worst_again(table, FROM_ANOTHER_SIDE)), ()
     if verdict is Verdict.INSUFFICIENT:
         if bench.measured.needs_reference:
             return first_requests(bench.sensor), ()
@@ -267,11 +271,14 @@ def _rotation_again(table: ResidualTable, number: int, why: str) -> MeasurementR
     return request(up, words, brief=brief, axis=axis, count=1)
 
 
-def _corners_and_repeats(table: ResidualTable) -> Requests:
-    """Corners that were not held, then the holds that fit worst once more.
+def _new_or_again(bench: Bench) -> Requests:
+    """Corners that were not held, then what the repeats leave to be asked.
 
-    Where rotations fit worse than holds do, the worst rotations once more.
+    Where enough repeats agree, other directions. Else the holds that fit worst once more; where
+    visits are known to differ, from another side. Where rotations fit worse than holds do, the
+    worst rotations once more.
     """
+    table, repeats = bench.rows, bench.fit.repeatability
     white = (table.residual / table.floor) ** 2
     moving = table.moving & table.judged
     if moving.any() and white[moving].mean() > white[~table.moving].mean():
@@ -279,18 +286,40 @@ def _corners_and_repeats(table: ResidualTable) -> Requests:
         size = np.sqrt([white[moving & (table.index == one)].mean() for one in numbers])
         worst = np.argsort(-size, kind="stable")[:MAX_REPEATED_HOLDS]
         return tuple(
-            _rotation_again(table, int(numbers[k]), _does_it_repeat(size[k])) for k in worst
+            _rotation_again(table, int(numbers[k]), _off_by(size[k], DOES_IT_REPEAT)) for k in worst
         )
-    new = _corners_not_held(_ups(table)[1], "a direction that no hold has seen yet")
-    return (*new, *_worst_again(table))
+    ups = _ups(table)[1]
+    new = _corners_not_held(ups, NOT_SEEN_YET)
+    if repeats is not None and repeats.agree:
+        return (*new, *_between(np.array([*ups, *(one.direction for one in new)])))
+    differ = repeats is not None and not repeats.repeatable
+    return (*new, *_worst_again(table, FROM_ANOTHER_SIDE if differ else DOES_IT_REPEAT))
 
 
-def _does_it_repeat(size: float) -> str:
-    return f"it was off by {size:.1f} times the noise; does this repeat?"
+def _between(held: FloatArray) -> Requests:
+    """Named poses that were not held, each as far as possible from all that were.
+
+    Args:
+        held: directions, unit vectors, shape (n, 3).
+    """
+    seen = {nearest_pose(up, NAMED, POSE_TOLERANCE_DEG) for up in held}
+    left = {name: up for name, up in NAMED.items() if name not in seen}
+    chosen: list[MeasurementRequest] = []
+    while left and len(chosen) < MAX_REPEATED_HOLDS:
+        name = min(left, key=lambda one: round(float((held @ left[one]).max()), 6))
+        up = left.pop(name)
+        words = f"{pose_in_words(name)}: {NOT_SEEN_YET}"
+        chosen.append(request(up, words, brief=NOT_SEEN_YET))
+        held = np.array([*held, up])
+    return tuple(chosen)
 
 
-def _worst_again(table: ResidualTable) -> Requests:
-    """The holds that fit worst once more."""
+def _off_by(size: float, then: str) -> str:
+    return f"it was off by {size:.1f} times the noise; {then}"
+
+
+def _worst_again(table: ResidualTable, then: str) -> Requests:
+    """The holds that fit worst once more, with what is asked of them."""
     numbers, ups = _ups(table)
     rest = ~table.moving
     white = (table.residual / table.floor)[rest] ** 2
@@ -299,7 +328,7 @@ def _worst_again(table: ResidualTable) -> Requests:
     for place in np.argsort(-size, kind="stable"):
         words = _words(ups[place])
         if len(chosen) < MAX_REPEATED_HOLDS and words not in chosen:
-            brief = _does_it_repeat(size[place])
+            brief = _off_by(size[place], then)
             chosen[words] = request(ups[place], f"{words} again: {brief}", brief=brief)
     return tuple(chosen.values())
 

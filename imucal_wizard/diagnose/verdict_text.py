@@ -46,6 +46,7 @@ from imucal_wizard.estimate.lack_of_fit import MAX_REPEATABILITY, TEST_LEVEL
 from imucal_wizard.estimate.repeatability import within_freedom
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.model.effects.earth_rate import EarthRate
+from imucal_wizard.model.effects.hysteresis import Hysteresis
 
 TOO_FEW_RATIO = 3.0
 """An error held out of so many times the fitted one comes from too few data: with twice as many
@@ -309,10 +310,15 @@ def _unexplained(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     advice = _shows_repeats(diagnosis, bench)
     if _opinion(diagnosis).probable:
         return [left, *_probably(diagnosis, bench), advice, *_not_measured(bench)]
+    nothing = _no_effect(diagnosis, bench)
+    return [left, nothing, *_odd_one(diagnosis), *_not_measured(bench), advice]
+
+
+def _odd_one(diagnosis: Diagnosis) -> list[str]:
+    """The hold that stands out most, where no verdict speaks of it."""
     report = diagnosis.report
     odd = "" if report is None else report.outlier_notes.get(diagnosis.sensor, "")
-    odd_one = [f"{_capital(odd)}."] if odd else []
-    return [left, _no_effect(diagnosis, bench), *odd_one, *_not_measured(bench), advice]
+    return [f"{_capital(odd)}."] if odd else []
 
 
 def _left(diagnosis: Diagnosis, bench: Bench) -> str:
@@ -332,7 +338,7 @@ def _left(diagnosis: Diagnosis, bench: Bench) -> str:
 
 
 def _shows_repeats(diagnosis: Diagnosis, bench: Bench) -> str:
-    """What shows whether an error without a name repeats."""
+    """What shows whether an error without a name repeats, or more of it where that is known."""
     if not bench.measured.guided:
         return "Record each mounting a second time: an error of the sensor repeats."
     if not bench.measured.at_rest:
@@ -340,8 +346,21 @@ def _shows_repeats(diagnosis: Diagnosis, bench: Bench) -> str:
             f"Repeat the circles {ELSEWHERE}: there an error of the sensor stays the same, but "
             "the field of the room does not."
         )
-    things = "rotations" if any(one.axis for one in diagnosis.next_poses) else "poses"
-    return f"The next {things} show whether the error repeats."
+    repeats = bench.ladder[-1].floors.repeats
+    if any(one.axis for one in diagnosis.next_poses):
+        return "The next rotations show whether the error repeats."
+    if repeats is None or (repeats.repeatable and not repeats.agree):
+        return "The next poses show whether the error repeats."
+    if not repeats.repeatable:
+        return (
+            "Reach the next poses from another pose than before: an error that follows the pose "
+            "before changes then."
+        )
+    return (
+        "Repeated poses agree within the noise "
+        f"({plural(repeats.freedom, 'degree')} of freedom). The next poses are directions that no "
+        "hold has seen yet: they show on what the error depends."
+    )
 
 
 def _no_effect(diagnosis: Diagnosis, bench: Bench) -> str:
@@ -448,11 +467,24 @@ MIN_WANDERING = 0.9
 """Probability from which on the repeats are said to follow the time."""
 
 
-_FOLLOWS_NOTHING = (
-    "These data do not show that the difference follows the time or the pose before: the device "
-    "may settle a little differently each time, its error may differ between poses that are nearly "
-    "alike, or its axes may change in the session or with the temperature."
-)
+def _follows_nothing(bench: Bench) -> str:
+    """What the difference between repeats was tested for, and what else may make it."""
+    tested = any(
+        one.name == Hysteresis.name and bench.lacking(one) is None for one in bench.catalogue
+    )
+    before = "; a dependence on the pose before was not tested"
+    if tested:
+        before = (
+            " and none on the force along the same axis in the hold before (hysteresis); other "
+            "dependences on the pose before were not tested"
+        )
+    return (
+        f"The tests show no dependence on the time{before}. The error may follow the pose before "
+        "in another way (play, or the force along another axis), differ between poses that are "
+        "nearly alike, or come from axes that change in the session or with the temperature, or "
+        "the device may settle a little differently each time. To decide, reach one pose ten times "
+        "from two sides in turn: readings that form two groups follow the pose before."
+    )
 
 
 def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -497,9 +529,10 @@ def _not_repeatable(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             f"The same {what} does not repeat: it differs by {size} from visit to visit "
             f"({interval}); the {noise} gives {within}."
         ),
-        *(_course(diagnosis, bench) or ([] if curves else [_FOLLOWS_NOTHING])),
+        *(_course(diagnosis, bench) or ([] if curves else [_follows_nothing(bench)])),
         *curves,
         *([] if curves else ["No model of the pose alone can be judged below this difference."]),
+        *_odd_one(diagnosis),
         f"The error is {_against_noise(bench)}.",
     ]
 

@@ -2,12 +2,13 @@
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.notices import begun
 from imucal_wizard.core.poses import FACES
@@ -126,6 +127,57 @@ def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> N
     ):
         assert words in said.says
     assert said.next_poses
+
+
+def with_error(
+    by: Callable[[FloatArray, FloatArray], FloatArray], seed: int, poses: str = "26+repeats"
+) -> Diagnosis:
+    """26 poses, twelve of them again, with an error (mg) of the force now and before, g."""
+    report, _ = fitted(poses=poses, seed=seed)
+    force = [hold.accelerometer / STANDARD_GRAVITY for hold in report.holds]
+    before = [force[0], *force[:-1]]
+    changed = moved(report, lambda k, _: MG * by(force[k], before[k]))
+    return diagnose_benches(Benches(changed), {}, automatic=True)[0]
+
+
+@pytest.mark.parametrize("seed", [5, 6, 13])
+def test_play_that_is_in_every_hold_accuses_none(seed: int) -> None:
+    """Z lags behind the force by up to 0.6 g of play, which the first holds show most."""
+    at: list[float] = []
+
+    def play(force: FloatArray, _: FloatArray) -> FloatArray:
+        now = float(force[2])
+        at.append(float(np.clip(at[-1], now - 0.6, now + 0.6)) if at else now)
+        return np.array([0.0, 0.0, 0.5 * (at[-1] - now) / 0.6])
+
+    said = with_error(play, seed)
+    assert said.verdict in (Verdict.NOT_REPEATABLE, Verdict.UNEXPLAINED)
+    assert said.disturbed_holds == ()
+
+
+def test_what_follows_the_pose_before_on_another_axis_is_not_blamed_on_the_seat() -> None:
+    """Z depends on the force along x in the hold before, which no effect of the catalogue does."""
+    said = with_error(lambda _, before: np.array([0.0, 0.0, 0.8 * before[0]]), seed=6)
+    assert said.verdict is Verdict.NOT_REPEATABLE
+    assert "other dependences on the pose before were not tested" in said.says
+    assert said.says.index("pose before in another way") < said.says.index("settle")
+    assert all("from another pose than before" in pose.why for pose in said.next_poses)
+
+
+@pytest.mark.parametrize(("poses", "again"), [("26", True), ("26+repeats", False)])
+def test_repeats_that_agree_are_not_asked_for_again(poses: str, again: bool) -> None:
+    """A little of a third order: few repeats ask whether it repeats, many what it follows."""
+    said = with_error(lambda force, _: np.array([0.0, 0.0, 0.6 * force[2] ** 3]), 7, poses)
+    assert said.verdict is Verdict.UNEXPLAINED
+    assert said.next_poses
+    asked = [pose for pose in said.next_poses if "does this repeat" in pose.why]
+    assert bool(asked) == again
+    assert ("show whether the error repeats" in said.says) == again
+    assert ("Repeated poses agree within the noise (" in said.says) != again
+    assert said.report is not None
+    held = unit_vectors(np.array([hold.accelerometer for hold in said.report.holds]))
+    near = [float((held @ pose.direction).max()) for pose in said.next_poses]
+    assert again or np.degrees(np.arccos(max(near))) > 5.0
 
 
 @pytest.mark.parametrize(
