@@ -42,6 +42,7 @@ from imucal_wizard.model.identifiability import (
     identifiable,
     undetermined_modes,
 )
+from imucal_wizard.model.rows.decorrelation import Decorrelation
 from imucal_wizard.model.rows.gravity_magnitude import GravityMagnitude, MagnitudeRows
 from imucal_wizard.model.rows.source import ENTRIES, Parameters, RowLabels
 
@@ -253,16 +254,29 @@ class AccelerometerExperiment(Experiment):
         slow = self._slow_errors(fitted, found)
         return None if slow is None else slow.foreseen([fitted])
 
-    @staticmethod
-    def _fitted(found: Minimum[Experiment], pull: FloatArray) -> Fitted:
+    def _fitted(self, found: Minimum[Experiment], pull: FloatArray) -> Fitted:
         (rows,) = found.rows
-        return Fitted(
+        fitted = Fitted(
             errors=found.system.residual,
             columns=np.concatenate([found.system.columns, found.nominal_shown], axis=1),
             variance=found.balance.variance,
             alike=rows.direction @ rows.direction.T,
             pull=pull,
             independent=found.independent,
+        )
+        if self.long_rest is None or not self.source.wander.shape[1]:
+            return fitted
+        # the rest tells flicker noise and a walk apart as the fit's weights do not: the holds as
+        # they are measured, with white errors alone
+        excess = float((found.balance.variance - found.system.own).mean())
+        measured = found.independent.measured
+        return replace(
+            fitted,
+            errors=measured(fitted.errors),
+            columns=measured(fitted.columns),
+            variance=self.source.noise + excess,
+            pull=fitted.pull_of_holds,
+            independent=Decorrelation(),
         )
 
     def _slow_errors(self, fitted: Fitted, found: Minimum[Experiment]) -> SlowErrors | None:
