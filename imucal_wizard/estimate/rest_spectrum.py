@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings
+from imucal_wizard.core.readings import FloatArray, IntArray, Readings
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.noise import pooled, rate_noise
 from imucal_wizard.measurement.holds import Hold
@@ -40,9 +40,9 @@ MIN_SPECTRUM_SAMPLES = 16
 """Of a hold or rotation, for a spectrum with something in each band."""
 ENOUGH_AT_REST = 500_000
 """Samples at rest that give the spectrum of the noise to a per cent; later holds are not needed."""
-LEVEL_BANDS = 1.7
-"""Highest over lowest frequency of neighbouring bands that show the same, up to the highest: a
-hand's power, which falls with the square of the frequency at least, is a third there."""
+LEAST_SLOPE = -0.5
+"""Of the logarithm of the power over that of the frequency in the highest octave, from which on the
+power is level there: that of a hand falls with the first power of the frequency at least."""
 CLEAR = 3.0
 """Standard errors by which power exceeds the noise if it is more than noise."""
 
@@ -56,8 +56,8 @@ class RestSpectrum:
         half: around f/2.
         quarter: around f/4.
         count: independent values at f/2.
-        level: the device moves least in bands far apart that show the same power: that is the
-            noise of the sensor, and not of a hand whose power falls from band to band.
+        level: the device moves least in the highest octave, and the power does not fall there: it
+            is the noise of the sensor, and not of a hand.
     """
 
     quiet: FloatArray
@@ -157,10 +157,9 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate
     known = edges[1:] <= max(corner, LOWEST_CORNER)
     freedom = _band_freedom(np.array(widths)[:, known])
-    quiet, bands = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
-    alike = len(bands) - int(np.argmin(np.append(bands[::-1], False)))  # the first of the last ones
-    level = edges[len(bands)] >= LEVEL_BANDS * edges[alike]
-    return RestSpectrum(quiet, half, quarter, count, bool(level))
+    quiet, level = _quietest(np.array(levels)[:, known], freedom, rate_noise(holds))
+    # what falls like the noise of a filter may be a hand's motion as well
+    return RestSpectrum(quiet, half, quarter, count, level and not np.isfinite(corner))
 
 
 def _band_freedom(lines: IntArray) -> FloatArray:
@@ -174,8 +173,8 @@ def _band_freedom(lines: IntArray) -> FloatArray:
 
 def _quietest(
     levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None
-) -> tuple[FloatArray, BoolArray]:
-    """Power in the bands of least motion, shape (3,), and which these are, shape (bands,).
+) -> tuple[FloatArray, bool]:
+    """Power in the bands of least motion, shape (3,), and whether the highest octave is level.
 
     Args:
         levels: in each hold and band, shape (h, bands, 3).
@@ -191,11 +190,17 @@ def _quietest(
     # the variance of a median is π/2 times that of a mean
     doubt = np.sqrt(0.5 * np.pi * 2.0 / (3.0 * freedom.sum(axis=0).min()))
     quiet = whole <= whole.min() * (1.0 + CLEAR * doubt)
+    frequency = np.arange(len(whole)) + 1.5  # each is as wide as the first begins above zero
+    octave = frequency >= 0.5 * frequency[-1]
+    level, first = bool(quiet[octave].mean() > 0.5), int(np.argmax(octave & quiet))
+    if level and first < len(whole) - 1:  # above what a tremor reaches
+        slope = np.polyfit(np.log(frequency[first:]), np.log(whole[first:]), 1)[0]
+        level = bool(slope >= LEAST_SLOPE)
     most = 0.0 if lowest is None else float(lowest.sum())
     # no sway, and no tremor where no band shows more than the lowest: a filter makes the fall
     if whole[0] >= HALF_POWER * most and (whole <= most * (1.0 + CLEAR * doubt)).all():
         quiet = whole >= HALF_POWER * most
-    return np.asarray(usual[quiet].mean(axis=0)), np.asarray(quiet)
+    return np.asarray(usual[quiet].mean(axis=0)), level
 
 
 def filter_corner(half: float, quarter: float, count: float) -> float:

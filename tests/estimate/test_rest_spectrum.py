@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 from scipy.signal import butter, firwin, lfilter, sosfilt
 
+from benchmarks.hand_motion import Device, G, placed, recorded
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.rest_spectrum import _quietest, rest_spectrum
 from imucal_wizard.measurement.holds import Hold
@@ -129,7 +131,9 @@ def test_a_fit_looks_at_the_rests_once(tmp_path: Path, monkeypatch: pytest.Monke
     """For the noise of its holds and for what sampling loses in its rotations."""
     seen: list[int] = []
 
-    def counted(levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None) -> FloatArray:
+    def counted(
+        levels: FloatArray, freedom: FloatArray, lowest: FloatArray | None
+    ) -> tuple[FloatArray, bool]:
         seen.append(len(levels))
         return _quietest(levels, freedom, lowest)
 
@@ -138,3 +142,22 @@ def test_a_fit_looks_at_the_rests_once(tmp_path: Path, monkeypatch: pytest.Monke
     report = fit_readings(read_files([tmp_path / "short.csv"]))
     assert report.sensors["gyroscope"].experiment is not None
     assert seen == [len(report.holds)]
+
+
+@pytest.mark.parametrize(
+    ("tremor", "sway", "restless", "level"),
+    [(20.0, 0.0, 0.0, True), (5.0, 0.3, 0.0, True), (0.0, 0.0, 0.2, False)],
+)
+def test_a_hand_that_leaves_high_bands_alone_shows_the_level_of_the_noise(
+    tremor: float, sway: float, restless: float, level: bool
+) -> None:
+    """Up to 25 Hz; a hand that moves the device at all frequencies shows more than the noise."""
+    rng, device = np.random.default_rng(14), Device()
+    motion = placed(device, rng, tremor=tremor, sway=sway, restless=restless)
+    readings = recorded(motion, device, rng)
+    found = rest_spectrum(readings, find_holds(readings, G)[0])
+    assert found is not None
+    assert found.level is level
+    true = np.radians(device.rate_noise) ** 2 / 2.0
+    # a band of 1 Hz in twenty holds of three seconds is known to a tenth
+    assert bool(np.abs(found.quiet / true - 1.0).max() < 0.3) is level
