@@ -192,7 +192,8 @@ def _quietest(
     quiet = whole <= whole.min() * (1.0 + CLEAR * doubt)
     frequency = np.arange(len(whole)) + 1.5  # each is as wide as the first begins above zero
     octave = frequency >= 0.5 * frequency[-1]
-    level, first = bool(quiet[octave].mean() > 0.5), int(np.argmax(octave & quiet))
+    level = bool(quiet[octave].mean() > 0.5 and whole.min() > 0.0)  # steps may hide all noise
+    first = int(np.argmax(octave & quiet))
     if level and first < len(whole) - 1:  # above what a tremor reaches
         slope = np.polyfit(np.log(frequency[first:]), np.log(whole[first:]), 1)[0]
         level = bool(slope >= LEAST_SLOPE)
