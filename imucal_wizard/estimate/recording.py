@@ -109,7 +109,8 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     on_table = bool(options.left_out)
     turns = [] if gyroscope is None or on_table else segments(report.holds, gyroscope)
     report = with_second_stage(report, series, turns)
-    notes = repeats_note("magnetometer", len(readings.magnetometer) / len(series))
+    times = len(readings.magnetometer) / len(series) if len(series) else 1.0
+    notes = repeats_note("magnetometer", times)
     return replace(report, warnings=(*report.warnings, *notes))
 
 

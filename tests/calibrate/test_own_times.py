@@ -108,6 +108,16 @@ def test_headings_are_no_better_than_the_angles_of_the_accelerometer() -> None:
             assert abs(one.value - truth[one.name]) < 4.0 * one.standard_error
 
 
+def test_a_magnetometer_that_sent_nothing_leaves_the_others_as_they_are() -> None:
+    """Its columns are there, and no sample."""
+    whole = recording(0)
+    silent = replace(whole, magnetometer=_present(whole.magnetometer, (1e-9, 1e-8, [])))
+    assert silent.magnetometer is not None
+    assert len(silent.magnetometer) == 0
+    report = fit_readings(silent)
+    assert {"accelerometer", "gyroscope"} <= report.sensors.keys()
+
+
 @pytest.mark.study
 @settings(max_examples=5, deadline=None)
 @given(PRESENCE, PRESENCE, PRESENCE)
