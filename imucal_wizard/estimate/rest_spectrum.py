@@ -126,7 +126,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     series = None if readings is None else readings.gyroscope
     if series is None:
         return None
-    levels, widths, inner, counts, seen = [], [], [], [], 0
+    levels, widths, ends, counts, seen = [], [], [], [], 0
     edges = BAND * np.arange(1.0, max(int(min(series.rate / 4.0, HIGHEST) / BAND), 2) + 1.0)
     for hold in holds:
         own = hold.readings(series)
@@ -141,7 +141,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
         density = np.abs(np.fft.rfft(values, axis=0)) ** 2 / float(window @ window) / own.rate
         share = np.fft.rfftfreq(len(own))
         inside = [density[(low <= share) & (share <= high)] for low, high in (HALF, QUARTER)]
-        inner.append([one.sum(axis=0) for one in inside])
+        ends.append([one.sum(axis=0) for one in inside])
         counts.append([len(one) for one in inside])
         first = np.searchsorted(share * own.rate, edges)
         if (np.diff(first) > 0).all():
@@ -151,7 +151,7 @@ def rest_spectrum(readings: Readings | None, holds: Sequence[Hold]) -> RestSpect
     if not levels:
         return None
     many = np.maximum(np.sum(counts, axis=0), 1)
-    half, quarter = np.sum(inner, axis=0) / many[:, None]
+    half, quarter = np.sum(ends, axis=0) / many[:, None]
     # of three axes; Hann's window joins neighbouring values
     count = 1.5 * float(many[0])
     corner = filter_corner(float(half.mean()), float(quarter.mean()), count) * series.rate

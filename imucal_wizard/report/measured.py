@@ -504,12 +504,12 @@ def increments_of(
     if force is not None:
         whole = _integral(time, force[kept])
         means = _rounded(np.diff(whole[rows], axis=0) / np.diff(edges)[:, None])
-    temperature, warm = None, np.full(1, np.nan)
+    temperature = None
     if experiment is not None:
         warm = experiment.temperature_at(_moments_of(time, rotation.before, rotation.after))
-    if np.isfinite(warm).all():
-        own = np.diff(_integral(time, np.tile(warm[:, None], 3))[rows, 0]) / np.diff(edges)
-        temperature = own.round(TEMPERATURE_DIGITS).tolist()
+        if np.isfinite(warm).all():
+            own = np.diff(_integral(time, np.tile(warm[:, None], 3))[rows, 0]) / np.diff(edges)
+            temperature = own.round(TEMPERATURE_DIGITS).tolist()
     sums, axis = _rounded(parts), rotation.axis
     return RotationIncrements(before, after, edges.tolist(), sums, means, axis, temperature)
 
