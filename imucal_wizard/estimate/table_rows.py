@@ -1,6 +1,5 @@
 """The rows of a rate table: each step or turn with its noise and its circumstances."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +10,6 @@ from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.rounded import shift_of_means
 from imucal_wizard.estimate.table_steps import TableData, one_sense
-from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.known_rotation import KnownRotation
@@ -80,18 +78,14 @@ def _noise(
     of_turns = [k for k, one in enumerate(data.turned) if one.hold is None]
     if of_steps:
         holds = [one.hold for one in data.turned if one.hold is not None]
-        shift = start.matrix**2 @ rounding_of_means(holds, series)
+        shifts = shift_of_means(holds, resolution_of(series.values))
+        shift = start.matrix**2 @ shifts.mean(axis=0)
         variance = rest_of(holds, start.matrix).mean + shift
         out[of_steps] = (axis[of_steps] ** 2 * variance).sum(axis=1) * seconds[of_steps] ** 2
     if of_turns:
         walk = rest_of(data.rests, start.matrix).per_second
         out[of_turns] = (axis[of_turns] ** 2 @ walk) * seconds[of_turns]
     return np.maximum(out, MIN_CLOSING_NOISE**2)
-
-
-def rounding_of_means(holds: Sequence[Hold], series: Series) -> FloatArray:
-    """Variance by which the steps of the readings shift a mean, reading units², shape (3,)."""
-    return np.asarray(shift_of_means(holds, resolution_of(series.values)).mean(axis=0))
 
 
 def circumstances_during(
