@@ -3,9 +3,11 @@
 Bias and scale take any straight line of it, so that only changes of slope are reported. The slope
 is relative to that of the half of the curve where it is most alike. Where it stays above half of
 its largest value lies the part that changes: one such part is a step, two of opposite sense beside
-each other are a bump, more are a wave. A width is given only if at least ``MIN_HOLDS_INSIDE`` holds
-lie inside it, spread over it: with fewer the curve between the holds is a guess, and only the holds
-on either side are named.
+each other are a bump, more are a wave. The curve itself is smoother than what it follows, so that
+place and width are those of the likeliest smooth step or bump, by the likelihood of the data that
+the coefficients and their covariance carry once their prior is taken out. A width is given only if
+at least ``MIN_HOLDS_INSIDE`` holds lie inside it, spread over it: with fewer the curve between the
+holds is a guess, and only the holds on either side are named.
 """
 
 import itertools
@@ -33,9 +35,20 @@ MIN_SLOPE_OF_PART = 0.1
 """Share of the largest slope of a part at which it ends."""
 MIN_RISE_IN_ERRORS = 3.0
 """A rise of fewer standard errors is not reported."""
-STEP_SHARES = (0.1, 0.9)
-"""Of its height, between which the width of a step is measured."""
-PLACES = 201
+WIDTHS: FloatArray = np.geomspace(0.02, 1.5, 60)
+"""That are tried, in halves of the range: of a step between 10 and 90 % of its height, of a bump at
+half its height. The narrowest is below the distance of the nodes of a curve."""
+COARSE, FINE = 61, 9
+"""Places that are tried for a step or bump: over the range, and between neighbours of the best."""
+MAX_WIDTH_LOSS = 3.32
+"""Of log likelihood, of the widths of an interval: half the 99 % quantile of χ² with one degree of
+freedom. 95 % would be too narrow, because length and size of the curve were chosen with the same
+data."""
+MIN_SHARE_OF_DATA = 0.01
+"""Of the precision along a coefficient: where the data have less, the prior alone is known."""
+MIN_SINGULAR_VALUE = 1e-3
+"""Singular value, over the largest, below which values at places determine no coefficient."""
+PLACES = 151
 """At which the curve is drawn."""
 
 
@@ -62,8 +75,10 @@ class SteepPart:
         at: its middle.
         rise: height of the step or bump.
         rise_error: its standard error.
-        width: between 10 and 90 % of a step, or at half the height of a bump; None where too few
-            holds lie inside.
+        width: the likeliest, between 10 and 90 % of a step, or at half the height of a bump; None
+            where too few holds lie inside.
+        width_interval: the least and the largest width that the data do not reject; the least is 0
+            where they reject none, however narrow.
         between: the holds on either side.
         inside: how many holds lie inside the width.
         bump: it goes up and down again, or down and up.
@@ -75,6 +90,7 @@ class SteepPart:
     rise: float
     rise_error: float
     width: float | None
+    width_interval: tuple[float, float]
     between: tuple[float, float]
     inside: int
     bump: bool
@@ -143,10 +159,11 @@ class CurveShape:
             )
         sharp = "a sharp bump" if steep.bump else "sharp"
         what = sharp if steep.sharp else "a bump" if steep.bump else "steepest"
-        wide = (
-            f"about {number(steep.width, 1)} {unit} wide ({steep.inside} {steep.word}s lie inside)"
-        )
-        return f"{what} at {at} {unit}, {wide}"
+        least, most = (number(one, 1) for one in steep.width_interval)
+        wide = f"{least} to {most}" if steep.width_interval[0] > 0.0 else f"at most {most}"
+        wide = f"about {most}" if least == most else wide
+        inside = f"{steep.inside} {steep.word}s lie inside"
+        return f"{what} at {at} {unit}, {wide} {unit} wide ({inside})"
 
 
 DECIMALS = {"g": 2, "min": 1, "°C": 1, "µT": 1, "A": 1}
@@ -174,8 +191,9 @@ def curve_shape(
     span, held = measured.span, np.clip(measured.places, -1.0, 1.0)
     place = np.linspace(held[0], held[-1], PLACES)
     columns = curve.shape(place, variant)
-    steep = _steepest(place, columns, sizes, covariance, measured, straight=curve.lines > 1)
-    straight = place[:, None] ** np.arange(curve.lines)
+    straight = place[:, None] ** np.arange(float(curve.lines))
+    typical = curve.typical(sensor, variant)
+    steep = _steepest(place, columns, sizes, covariance, measured, straight, typical)
     columns -= straight @ np.linalg.lstsq(straight, columns, rcond=None)[0]
     y, spread = columns @ sizes, columns @ covariance @ columns.T
     low, high = int(y.argmin()), int(y.argmax())
@@ -216,7 +234,42 @@ def _in_unit(steep: SteepPart, span: Range) -> SteepPart:
     """A part given in places of the range, in the shown unit."""
     at, low, high = (span.middle + span.reach * one for one in (steep.at, *steep.between))
     width = None if steep.width is None else span.reach * steep.width
-    return replace(steep, at=at, between=(low, high), width=width)
+    least, most = (span.reach * one for one in steep.width_interval)
+    return replace(steep, at=at, between=(low, high), width=width, width_interval=(least, most))
+
+
+@dataclass(frozen=True, eq=False)
+class _Data:
+    """What the data say of the coefficients c: log likelihood = pull·c − ½ |root c|².
+
+    Attributes:
+        root: shape (p, p).
+        pull: shape (p,).
+    """
+
+    root: FloatArray
+    pull: FloatArray
+
+    def multiples(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The best multiple of each of these columns (p, n), and its standard error, each (n,)."""
+        precision = np.maximum(((self.root @ columns) ** 2).sum(axis=0), 1e-300)
+        return self.pull @ columns / precision, precision**-0.5
+
+
+def _without_prior(typical: FloatArray, sizes: FloatArray, covariance: FloatArray) -> _Data:
+    """The data behind coefficients that a Gaussian prior was joined to.
+
+    Their precision is that of the data and of the prior together.
+    """
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
+    spread = vectors[:, kept] * np.sqrt(values[kept])
+    back = vectors[:, kept] / np.sqrt(values[kept])
+    prior = (spread / typical[:, None] ** 2).T @ spread
+    share, turned = np.linalg.eigh(np.eye(len(prior)) - prior)
+    told = share > MIN_SHARE_OF_DATA
+    axes = (back @ turned[:, told]).T
+    return _Data(np.sqrt(share[told])[:, None] * axes, axes.T @ (axes @ sizes))
 
 
 def _steepest(
@@ -225,8 +278,8 @@ def _steepest(
     sizes: FloatArray,
     covariance: FloatArray,
     measured: Measured,
-    *,
-    straight: bool,
+    straight: FloatArray,
+    typical: FloatArray,
 ) -> SteepPart | None:
     """The part where the curve changes, in places of the range; None where none stands out.
 
@@ -236,51 +289,105 @@ def _steepest(
         sizes: of the coefficients, shape (p,).
         covariance: of the sizes, shape (p, p).
         measured: where.
-        straight: the base model takes any straight line.
+        straight: what the base model takes, shape (n, 1 or 2).
+        typical: prior standard deviation of the coefficients, shape (p,).
     """
     step, held = place[1] - place[0], np.clip(measured.places, -1.0, 1.0)
     slopes = np.diff(columns, axis=0) / step
-    if straight:
+    if straight.shape[1] > 1:
         own = slopes @ sizes
         alike = np.argsort(np.abs(own - median(own)), kind="stable")[: len(own) // 2]
         slopes = slopes - slopes[alike].mean(axis=0)
-    own = slopes @ sizes
-    parts = []
-    for first, last in _steep_stretches(own):
+    rises = []
+    for first, last in _steep_stretches(slopes @ sizes):
         rise = step * slopes[first:last].sum(axis=0)
-        height, error = float(rise @ sizes), float(np.sqrt(rise @ covariance @ rise))
-        if abs(height) > MIN_RISE_IN_ERRORS * error:
-            parts.append((first, last, height, error))
-    bump = len(parts) == 2 and parts[0][2] * parts[1][2] < 0.0
-    if not parts or (len(parts) > 1 and not bump):
+        if abs(rise @ sizes) > MIN_RISE_IN_ERRORS * np.sqrt(rise @ covariance @ rise):
+            rises.append(float(rise @ sizes))
+    if not rises or len(rises) > 2 or (len(rises) == 2 and rises[0] * rises[1] > 0.0):
         return None
-
-    def crossing(part: tuple[int, int, float, float], share: float) -> float:
-        first, last, height, _ = part
-        gone = step * np.cumsum(own[first:last]) / height
-        return float(place[first + 1 + int(np.argmax(gone >= share))])
-
-    shares = (0.5, 0.5) if bump else STEP_SHARES
-    left, right = crossing(parts[0], shares[0]), crossing(parts[-1], shares[1])
-    highest = max(parts, key=lambda part: abs(part[2]))
+    # where less than the whole range was measured, values there determine no rough coefficient
+    scaled = np.hstack([columns * typical, straight])
+    solved = typical[:, None] * np.linalg.pinv(scaled, rcond=MIN_SINGULAR_VALUE)[: len(typical)]
+    data = _without_prior(typical, sizes, covariance)
+    likeliest = [_likeliest(place, solved, data, bump=bump) for bump in (False, True)]
+    bump = bool(likeliest[1].gains.max() > likeliest[0].gains.max())
+    one = likeliest[bump]
+    best = int(one.gains.argmax())
+    at, width = float(one.at[best]), float(WIDTHS[best])
+    (kept,) = np.nonzero(one.gains > one.gains[best] - MAX_WIDTH_LOSS)
+    least, most = int(kept[0]) - 1, min(int(kept[-1]) + 1, len(WIDTHS) - 1)
+    interval = float(WIDTHS[least]) if least >= 0 else 0.0, float(WIDTHS[most])
+    left, right = at - 0.5 * width, at + 0.5 * width
     inside = held[(held >= left) & (held <= right)]
     below, above = held[held < left], held[held > right]
-    width = right - left
     gaps = np.diff([left, *inside, right])
     known = len(inside) >= MIN_HOLDS_INSIDE and float(gaps.max()) <= MAX_GAP * width
     return SteepPart(
-        at=0.5 * (left + right),
-        rise=abs(highest[2]),
-        rise_error=highest[3],
+        at=at,
+        rise=abs(float(one.height[best])),
+        rise_error=float(one.error[best]),
         width=width if known else None,
+        width_interval=interval,
         between=(
             float(below[-1] if len(below) else held[0]),
             float(above[0] if len(above) else held[-1]),
         ),
         inside=len(inside),
         bump=bump,
-        sharp=known and bool(width <= MAX_SHARP_WIDTH * (held[-1] - held[0])),
+        sharp=known and bool(interval[1] <= MAX_SHARP_WIDTH * (held[-1] - held[0])),
         word=measured.word,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Likeliest:
+    """Smooth steps or bumps of each of ``WIDTHS``, all of its shape.
+
+    Attributes:
+        gains: log likelihood.
+        at: the best place.
+        height: the best height.
+        error: its standard error.
+    """
+
+    gains: FloatArray
+    at: FloatArray
+    height: FloatArray
+    error: FloatArray
+
+
+def _likeliest(place: FloatArray, solved: FloatArray, data: _Data, *, bump: bool) -> _Likeliest:
+    """The likeliest place and height of a smooth step or bump of each width.
+
+    Args:
+        place: at which the curve is drawn, shape (n,).
+        solved: coefficients per value there, shape (p, n).
+        data: what they say of the coefficients.
+        bump: ``exp(−4 ln 2 (u − at)² / width²)``, else ``½ tanh(ln 9 (u − at) / width)``.
+    """
+
+    def best_of(ats: FloatArray) -> _Likeliest:
+        apart = (place[:, None, None] - ats) / WIDTHS[:, None]
+        shape = np.exp(-4.0 * np.log(2.0) * apart**2)
+        shape = shape if bump else 0.5 * np.tanh(np.log(9.0) * apart)
+        height, error = (
+            one.reshape(len(WIDTHS), -1)
+            for one in data.multiples(solved @ shape.reshape(len(place), -1))
+        )
+        gains = 0.5 * (height / error) ** 2
+        best = np.arange(len(WIDTHS)), gains.argmax(axis=1)
+        return _Likeliest(gains[best], ats[best[1]], height[best], error[best])
+
+    ats = np.linspace(place[0], place[-1], COARSE)
+    coarse = best_of(ats)
+    near = coarse.at[int(coarse.gains.argmax())] + (ats[1] - ats[0]) * np.linspace(-1.0, 1.0, FINE)
+    fine = best_of(np.clip(near, place[0], place[-1]))
+    closer = fine.gains >= coarse.gains
+    return _Likeliest(
+        *(
+            np.where(closer, getattr(fine, name), getattr(coarse, name))
+            for name in ("gains", "at", "height", "error")
+        )
     )
 
 

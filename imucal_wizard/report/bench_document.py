@@ -208,6 +208,7 @@ def _curve(one: CurveShape, in_model: bool) -> dict[str, Any]:
         else {
             "at": finite_or_none(steep.at),
             "width": finite_or_none(steep.width),
+            "width_interval": list(steep.width_interval),
             "between": list(steep.between),
             "holds_inside": steep.inside,
             "bump": steep.bump,
