@@ -23,6 +23,7 @@ from imucal_wizard.core import units
 from imucal_wizard.core.gravity import are_whole_numbers
 from imucal_wizard.core.limits.data_quality import MIN_PAUSES
 from imucal_wizard.core.output import sanitise
+from imucal_wizard.core.quantities import as_sentence
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
@@ -97,7 +98,7 @@ def resolve_columns(
         unknown = accelerometer or not others or not all(c.channel for c in columns)
         message = _lacking("accelerometer", channels)
         if not unknown:
-            message = f"{NO_ACCELEROMETER[:1].upper()}{NO_ACCELEROMETER[1:]}."
+            message = as_sentence(NO_ACCELEROMETER)
             message += _MAGNETOMETER_ALONE if sensor_places(columns, "magnetometer") else ""
         needs = ("columns",) if unknown else NEEDS_ACCELEROMETER
         return ResolvedColumns(columns, needs, (*notes, message))

@@ -150,14 +150,19 @@ def plural(count: int, word: str) -> str:
     return f"{count} {word}" if count == 1 else f"{count} {word}s"
 
 
-def listed(names: Sequence[str]) -> str:
-    """Names in words: ``x``, ``x and y``, ``x, y and z``."""
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+def listed(names: Sequence[str], last: str = "and") -> str:
+    """Names in words: ``x``, ``x and y``, ``x, y and z``; with ``or`` as the last word, too."""
+    return f" {last} ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def capitalized(text: str) -> str:
+    """The text with a capital first; the rest of it keeps its own."""
+    return text[:1].upper() + text[1:]
 
 
 def as_sentence(text: str) -> str:
     """The text as a sentence: a capital first, a full stop where it has no other end."""
-    return f"{text[:1].upper()}{text[1:]}{'' if text[-1:] in '.?!' else '.'}"
+    return f"{capitalized(text)}{'' if text[-1:] in '.?!' else '.'}"
 
 
 def finite_or_none(value: float | None) -> float | None:

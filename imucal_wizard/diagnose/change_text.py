@@ -102,3 +102,10 @@ def reasons_of(bench: Bench, added: Terms, opinion: Opinion) -> tuple[Found, ...
             like += tuple(" with ".join(both) for both in opinion.together)
         found.append(Found(name, reason, decided_by, like))
     return tuple(found)
+
+
+def beside_noise(bench: Bench) -> str:
+    """The error on data held out, beside the noise."""
+    rung, unit = bench.ladder[-1], bench.fit.unit
+    held, noise = quantity(rung.rms_held_out, unit), quantity(rung.floor, unit)
+    return f"{held} on {bench.measured.left_out} left out; noise alone gives {noise}"

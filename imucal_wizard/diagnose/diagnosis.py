@@ -3,11 +3,11 @@
 import numpy as np
 
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.core.quantities import plural, quantity
+from imucal_wizard.core.quantities import as_sentence, plural, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
 from imucal_wizard.diagnose.suspects import Suspect
-from imucal_wizard.diagnose.verdict import Terms, Verdict
+from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -107,6 +107,17 @@ class Diagnosis:
         if self.report is None or self.verdict is not Verdict.NOT_REPEATABLE:
             return ""
         return next(iter(self.report.warned(self.sensor, NoticeKind.RESTS_LEFT_OUT)), "")
+
+    @property
+    def opinion(self) -> Opinion:
+        """What the evidence carries; of a sensor with findings only."""
+        assert self.findings is not None, "a bench has findings"  # noqa: S101 (narrows the type)
+        return self.findings.opinion
+
+    def warned(self, *kinds: NoticeKind) -> list[str]:
+        """The warnings of these kinds about this sensor, as sentences."""
+        said = [] if self.report is None else self.report.warned(self.sensor, *kinds)
+        return [as_sentence(one) for one in said]
 
     @property
     def suspects(self) -> tuple[Suspect, ...]:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import SIGMA_PER_MEDIAN, median
@@ -54,6 +55,12 @@ class Floors:
     dithered: bool
     repeats: Repeatability | None
     unit: str
+
+    @property
+    def within_text(self) -> str:
+        """The noise within a hold, and the slow noise that is known beside it, in words."""
+        within = quantity(self.within, self.unit)
+        return f"{within}, slow noise {quantity(self.slow, self.unit)}" if self.slow else within
 
 
 def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:

@@ -37,6 +37,9 @@ def _sensor(said: Diagnosis) -> dict[str, Any]:
         "degrees_of_freedom": None if bench is None else bench.fit.degrees_of_freedom,
         "ladder": [_rung(one) for one in said.ladder],
         "noise": None if bench is None else _noise(bench.ladder[-1]),
+        # the model that suspects, explanations, families, p and closures are about: the one before
+        # "added", whose effects they show with their evidence
+        "suspects_of": [] if findings is None else list(findings.fit.model),
         "suspects": _suspects(said.suspects, opinion),
         "curves": _curves(said),
         "gyroscope_closure": _closures(opinion),

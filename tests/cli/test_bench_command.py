@@ -74,6 +74,7 @@ def test_a_hidden_effect_is_named_added_and_the_error_held_out_falls(
     assert said["verdict"] in ("complete", "ambiguous")
     assert [one["term"] for one in said["found"]] == ["second-order"]
     assert said["suspects"][0]["term"] == "second-order"
+    assert said["suspects_of"] == ["bias", "scale", "non-orthogonality"]
     assert said["model"] == ["bias", "scale", "non-orthogonality", "second-order"]
     first, last = said["ladder"]
     assert first["added"] is None

@@ -8,7 +8,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.explained_variance import discriminability
 from imucal_wizard.diagnose.random_walk import frame_of, wandering
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
-from imucal_wizard.diagnose.verdict_text import MIN_WANDERING
+from imucal_wizard.diagnose.unexplained_text import MIN_WANDERING
 from tests.diagnose.recordings import fitted
 from tests.diagnose.sessions import session
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import not_calibrated
+from imucal_wizard.core.quantities import capitalized
 from imucal_wizard.core.readings import BoolArray, Readings, Series
 from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.estimate.ellipsoid.coverage import bin_of
@@ -54,7 +55,7 @@ def with_magnetometer(
         report = inertial()
     except DataError as error:
         if found is None:
-            raise DataError(f"{error}. {why[:1].upper()}{why[1:]}") from error
+            raise DataError(f"{error}. {capitalized(why)}") from error
         notes = (*warnings, not_calibrated("accelerometer", error))
         report = FitReport(gravity, {}, (), (), {}, warnings=notes)
     return added(report, series, found, why)
