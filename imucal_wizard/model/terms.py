@@ -2,7 +2,7 @@
 
 import itertools
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -154,6 +154,32 @@ MAX_PASSES = 30
 """Of the fixed point by which readings are corrected."""
 CONVERGED = 1e-13
 """Change at which it is reached, as a share of the largest reading."""
+MAX_RATIO = 0.5
+"""Of one change to the one before, above which half steps are taken: where an error grows about as
+fast as the input, whole steps go to and fro for ever."""
+
+
+def true_input(
+    linear: FloatArray, error: Callable[[FloatArray], FloatArray], scale: float
+) -> FloatArray:
+    """``x = linear − error(x)`` by its fixed point; far away, infinite or NaN where there is none.
+
+    Args:
+        linear: ``M (y − b)``, SI, shape (n, 3).
+        error: of the true input x, SI, shape (n, 3) to (n, 3).
+        scale: of the inputs, SI.
+    """
+    found, share, before = linear, 1.0, np.inf
+    for _ in range(MAX_PASSES):
+        with np.errstate(over="ignore", invalid="ignore"):
+            step = share * (linear - error(found) - found)
+            found = found + step
+        change = float(np.fmax.reduce(np.abs(step), axis=None, initial=0.0))
+        if change <= CONVERGED * scale:
+            break
+        share = 0.5 if change > MAX_RATIO * before else share
+        before = change
+    return found
 
 
 def corrected(
@@ -174,15 +200,14 @@ def corrected(
             accelerometer, the rate of a gyroscope) is put in here and need not be right.
     """
     matrix, bias = calibration
-    linear = (readings - bias) @ matrix.T
-    found = linear
-    for _ in range(MAX_PASSES if len(terms) else 0):
-        moved = linear - terms.columns(circumstances.sensing(terms.sensor, found)) @ sizes
-        change = np.abs(moved - found).max(initial=0.0)
-        found = moved
-        if not change > CONVERGED * np.abs(linear).max(initial=0.0):
-            break
-    return np.asarray(found)
+    linear = np.asarray((readings - bias) @ matrix.T)
+    if not len(terms):
+        return linear
+
+    def error(found: FloatArray) -> FloatArray:
+        return np.asarray(terms.columns(circumstances.sensing(terms.sensor, found)) @ sizes)
+
+    return true_input(linear, error, float(np.abs(linear).max(initial=0.0)))
 
 
 STEP = 1e-4

@@ -10,6 +10,7 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.model.catalogue import effect, effects_for
 from imucal_wizard.model.effect import Circumstances
+from imucal_wizard.model.terms import Term, Terms, corrected
 from imucal_wizard.model.unknown_shape import NODES, SETTINGS, UnknownShape
 from imucal_wizard.report.calibration_file import SavedEffect
 
@@ -105,3 +106,23 @@ def test_a_curve_has_a_name_per_axis_and_influence_and_is_no_effect_of_the_catal
     }
     assert {curve(name).name for name in names} == names
     assert not names & {one.name for one in effects_for("accelerometer")}
+
+
+def test_a_curve_as_steep_as_the_sensor_itself_is_inverted() -> None:
+    """A step that raises the reading by as much as the input under it does.
+
+    Inserting the error would go to and fro there.
+    """
+    found, setting = curve("unknown-shape/x"), float(SETTINGS.index((0.1, 10.0)))
+    places = np.linspace(-0.99, 0.99, 400)
+    where = held(places)
+    wanted = 85.0 * np.tanh((places - 0.3) / 0.045)
+    wanted -= np.polyval(np.polyfit(places, wanted, 1), places)
+    sizes = np.linalg.lstsq(found.shape(places, setting), wanted, rcond=None)[0]
+    terms = Terms("accelerometer", [Term(found, setting)])
+    error = terms.columns(where) @ sizes
+    slope = np.gradient(error[:, 0], where.force[:, 0])
+    assert 0.9 < slope.max() < 1.1
+    nominal = (np.eye(3), np.zeros(3))
+    back = corrected(nominal, terms, sizes, where.force + error, where)
+    assert back == pytest.approx(where.force, abs=1e-6)

@@ -26,12 +26,11 @@ from imucal_wizard.model.rows.source import (
     unmeasured,
 )
 from imucal_wizard.model.terms import (
-    CONVERGED,
-    MAX_PASSES,
     Term,
     Terms,
     columns_of,
     slope_of_corrected,
+    true_input,
 )
 
 DIVERGED = 1e6
@@ -52,16 +51,9 @@ class MagnitudeRows(Rows):
     def __init__(self, source: "GravityMagnitude", calibration: Parameters, terms: Terms) -> None:
         self._source, self._calibration, self._terms = source, calibration, terms
         linear = (source.reading - calibration.bias) @ calibration.matrix.T
-        force, diverged = linear, False
-        for _ in range(MAX_PASSES if len(terms) else 0):
-            moved = linear - self._errors(force)
-            change = np.abs(moved - force).max()
-            if not change <= source.gravity:
-                force, diverged = linear, True
-                break
-            force = moved
-            if change <= CONVERGED * source.gravity:
-                break
+        force = true_input(linear, self._errors, source.gravity) if len(terms) else linear
+        diverged = not np.abs(force - linear).max() <= source.gravity
+        force = linear if diverged else force
         length = lengths(force)
         self.force = force
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
