@@ -38,7 +38,7 @@ MIN_RISE_IN_ERRORS = 3.0
 WIDTHS: FloatArray = np.geomspace(0.02, 1.5, 60)
 """That are tried, in halves of the range: of a step between 10 and 90 % of its height, of a bump at
 half its height. The narrowest is below the distance of the nodes of a curve."""
-COARSE, FINE = 61, 9
+COARSE, FINE = 41, 11
 """Places that are tried for a step or bump: over the range, and between neighbours of the best."""
 MAX_WIDTH_LOSS = 3.32
 """Of log likelihood, of the widths of an interval: half the 99 % quantile of χ² with one degree of
@@ -48,7 +48,7 @@ MIN_SHARE_OF_DATA = 0.01
 """Of the precision along a coefficient: where the data have less, the prior alone is known."""
 MIN_SINGULAR_VALUE = 1e-3
 """Singular value, over the largest, below which values at places determine no coefficient."""
-PLACES = 151
+PLACES = 101
 """At which the curve is drawn."""
 
 
@@ -309,6 +309,8 @@ def _steepest(
     scaled = np.hstack([columns * typical, straight])
     solved = typical[:, None] * np.linalg.pinv(scaled, rcond=MIN_SINGULAR_VALUE)[: len(typical)]
     data = _without_prior(typical, sizes, covariance)
+    if not data.root.size:  # no errors are known
+        return None
     likeliest = [_likeliest(place, solved, data, bump=bump) for bump in (False, True)]
     bump = bool(likeliest[1].gains.max() > likeliest[0].gains.max())
     one = likeliest[bump]
