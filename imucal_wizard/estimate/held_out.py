@@ -1,6 +1,7 @@
 """Errors of holds and rotations: on the data fitted, left out of the fit, and by noise alone."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,8 +19,10 @@ from imucal_wizard.estimate.outliers import Outlier, outlier
 from imucal_wizard.estimate.variance_components import (
     determined,
     inverted,
+    solved,
 )
 from imucal_wizard.model.rows.table import numbered
+from imucal_wizard.model.terms import Term
 
 if TYPE_CHECKING:
     from imucal_wizard.estimate.experiment import Experiment
@@ -35,6 +38,9 @@ BLIND_TO_GROUP = 1e-9
 NOT_SHOWN = 1e-6
 """Share of a group's own error, of the largest share of any combination in it, below which the
 other rows do not show that combination."""
+
+OTHER_SETTINGS = 16
+"""Of one term, the likeliest beside the one chosen, that are tried again without each group."""
 
 EARLY = 2.0 / 3.0
 """Share of the holds and rotations, in the order of time, that predict the later ones."""
@@ -57,7 +63,7 @@ def errors_held_out(found: "Minimum[Experiment]") -> FloatArray | None:
         None where the others do not determine the model.
     """
     out = _under_the_others(found, found.system.residual[:, None], found.errors[:, None])
-    return None if out is None else np.asarray(out[:, 0])
+    return None if out is None else _settings_chosen_again(found, out)
 
 
 def rms_held_out(found: "Minimum[Experiment]") -> float | None:
@@ -179,7 +185,7 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     )
     if out is None:
         return None
-    errors, expected = out[:, 0], out[:, 1:]
+    errors, expected = _settings_chosen_again(found, out), out.errors[:, 1:]
     new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
     judged = expected[items.rows]
     products = judged @ judged.T
@@ -197,10 +203,84 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Under:
+    """Groups of rows under the fit of all others.
+
+    Attributes:
+        errors: of k sets of errors, shape (n, k).
+        spared: by how much the sum of squares of the fit, in its variances, is smaller without
+            each row's group, of the first set, shape (n,).
+    """
+
+    errors: FloatArray
+    spared: FloatArray
+
+
+def _settings_chosen_again(found: "Minimum[Experiment]", out: _Under) -> FloatArray:
+    """Error of each row, where the others also choose the settings of the terms, shape (n,).
+
+    A moment or a time constant that all data have chosen has seen the data left out. One term is
+    settled at a time, among the settings that are tried for it; a setting between them, to which it
+    was refined, stays one of the choices. The settings of a free curve are its prior.
+
+    Args:
+        found: the fit of all.
+        out: its errors under the others.
+    """
+    groups, errors, best = found.terms.groups, out.errors[:, 0], _cost(found) - out.spared
+    for number, one in enumerate(found.terms.terms):
+        if one.variant is None or one.effect.free:
+            continue
+        first = found.sizes.start
+        own = slice(first + groups[number].start, first + groups[number].stop)
+        tried = []
+        for variant in one.effect.variants(found.experiment.circumstances):
+            if variant is not None and variant != one.variant:
+                other = _with_setting(found, own, replace(one, variant=variant))
+                tried.append((_cost(other), variant, other))
+        tried.sort(key=lambda made: made[:2])
+        for cost, _, other in tried[:OTHER_SETTINGS]:
+            made = _under_the_others(other, other.system.residual[:, None], other.errors[:, None])
+            if made is not None:
+                closer = cost - made.spared < best
+                best = np.where(closer, cost - made.spared, best)
+                errors = np.where(closer, made.errors[:, 0], errors)
+    return errors
+
+
+def _cost(found: "Minimum[Experiment]") -> float:
+    """Sum of squares of the fit, in its variances, with what the priors add."""
+    system, balance = found.system, found.balance
+    cost = float((system.residual**2 / balance.variance).sum())
+    cost += float((balance.precision * system.value**2).sum())
+    return cost + float(system.away @ system.information @ system.away if len(system.away) else 0.0)
+
+
+def _with_setting(found: "Minimum[Experiment]", own: slice, term: Term) -> "Minimum[Experiment]":
+    """The fit with another setting of a term, by one step at the same variances and priors.
+
+    Args:
+        found: the fit.
+        own: places of the sizes of the term among its parameters.
+        term: the term with the other setting.
+    """
+    system, balance = found.system, found.balance
+    parts = [one.term_columns([term]) for one in found.rows]
+    columns, value = system.columns.copy(), system.value.copy()
+    columns[:, own] = found.independent.rows(np.concatenate(parts))
+    value[own] = 0.0
+    left = system.residual - system.columns[:, own] @ system.value[own]
+    other = replace(system, residual=left, columns=columns, value=value)
+    made = solved(other, balance.variance, balance.precision)
+    moved = other.moved(made.step)
+    return replace(found, system=moved, balance=replace(made, step=np.zeros_like(made.step)))
+
+
 def _under_the_others(
     found: "Minimum[Experiment]", left: FloatArray, errors: FloatArray
-) -> FloatArray | None:
-    """Errors of each group of rows under the fit of all others, shape (n, k).
+) -> _Under | None:
+    """Errors of each group of rows under the fit of all others.
 
     With P = Σ⁻¹ − Σ⁻¹ J N⁻¹ Jᵀ Σ⁻¹ the step from the fit of all is
     ``N⁻¹ (Σ⁻¹ J)_gᵀ P_gg⁻¹ (Σ⁻¹ r)_g``; it is exact where the rows are linear in it, and it is
@@ -224,7 +304,7 @@ def _under_the_others(
     )
     pulls = independent.measured(left / variance[:, None])
     known, columns = independent.measured(weighted), independent.measured(system.columns)
-    out = errors.copy()
+    out, spared = errors.copy(), np.zeros(len(errors))
     for rows in groups_by_size(found.groups):
         root = _inverse_root(independent.blocks(1.0 / variance, rows))
         white = root @ known[rows]
@@ -238,7 +318,8 @@ def _under_the_others(
         alone = np.swapaxes(root, 1, 2) @ np.linalg.solve(inner, root @ pulls[rows])
         step = balance.covariance[reported] @ (np.swapaxes(known[rows], 1, 2) @ alone)
         out[rows] += columns[rows][:, :, reported] @ step
-    return out
+        spared[rows] = (pulls[rows][:, :, 0] * alone[:, :, 0]).sum(axis=1)[:, None]
+    return _Under(out, spared)
 
 
 def _inverse_root(blocks: FloatArray) -> FloatArray:

@@ -112,6 +112,7 @@ def worse_than_none(
     held_out: float | None,
     freedom: int | None = None,
     parameters: int = 0,
+    interval: tuple[float, float] | None = None,
 ) -> str:
     """Why a calibration is not usable, in one sentence with what to do; "" if it is.
 
@@ -128,6 +129,7 @@ def worse_than_none(
         freedom: degrees of freedom of the fit, where nothing could be held out: few of them may
             leave little although the parameters are wrong. None tells nothing.
         parameters: how many were fitted.
+        interval: 90 % interval of ``held_out``.
     """
     error = fitted if held_out is None else held_out
     if held_out is None and freedom:
@@ -142,10 +144,14 @@ def worse_than_none(
             f"with {plural(freedom or 0, 'degree')} of freedom, {quantity(before, unit)} without "
             "it. Do not apply it; measure more positions and rotations"
         )
-    errors = f"{quantity(error, unit)} on data held out, {quantity(before, unit)} without it"
-    return (
-        f"the {sensor}'s calibration is worse than none ({errors}): do not apply it; measure again"
+    said, likely, advice = "is", "", "do not apply it; measure again"
+    if interval is not None and interval[0] <= before:
+        said, advice = "may be", "do not apply it; measure more positions and rotations"
+        likely = f" (90 %: {quantity(interval[0], unit)} to {quantity(interval[1], unit)})"
+    errors = (
+        f"{quantity(error, unit)} on data held out{likely}, {quantity(before, unit)} without it"
     )
+    return f"the {sensor}'s calibration {said} worse than none: {errors}; {advice}"
 
 
 def usual_scale(matrix: FloatArray) -> tuple[float, FloatArray, IntArray]:
@@ -372,8 +378,9 @@ class SensorFit:
         """Why applying it is worse than not applying it, in one sentence; "" if it is not."""
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
         fitted = sum(one.carried for one in self.parameters)
+        freedom, likely = self.degrees_of_freedom, self.held_out_interval
         worse = worse_than_none(
-            self.sensor, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
+            self.sensor, self.bias_unit, self.unit, *errors, freedom, fitted, likely
         )
         return worse or self.unchecked
 

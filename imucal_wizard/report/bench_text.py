@@ -321,7 +321,9 @@ def _refuted_by(below: Rung, above: Rung) -> str:
         return "the early part of the session does not predict the late part better"
     if falls(below.rms_held_out, above.rms_held_out):
         return f"in units of the noise, the held-out error did not fall by {MIN_FALL_TEXT}"
-    only = "only the fitted error fell, " if above.rms_fitted < below.rms_fitted else ""
+    now, then = below.rms_held_out, above.rms_held_out
+    rose = now is not None and then is not None and then >= now
+    only = "only the fitted error fell, " if rose and above.rms_fitted < below.rms_fitted else ""
     return f"{only}the held-out error did not fall by {MIN_FALL_TEXT}"
 
 

@@ -245,10 +245,9 @@ class Sensor(msgspec.Struct, frozen=True):
         """
         errors = self.rms_before, self.rms_fitted, self.rms_held_out
         fitted = len(self.parameters) - len(self.not_determined)
-        worse = worse_than_none(
-            name, self.bias_unit, self.unit, *errors, self.degrees_of_freedom, fitted
-        )
-        matrix, freedom = np.array(self.matrix), self.degrees_of_freedom
+        freedom, likely = self.degrees_of_freedom, self.held_out_interval
+        worse = worse_than_none(name, self.bias_unit, self.unit, *errors, freedom, fitted, likely)
+        matrix = np.array(self.matrix)
         return worse or unchecked_scale(
             self.unit, self.bias_unit, matrix, freedom, self.rms_held_out
         )
