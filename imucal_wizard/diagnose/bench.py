@@ -32,6 +32,7 @@ from imucal_wizard.diagnose.residuals import (
     whitened_rows,
 )
 from imucal_wizard.diagnose.suspects import MAX_LINEAR, MIN_ODDS_SETTLED, Suspect, rank
+from imucal_wizard.diagnose.unknown_structure import CHANGING_AXES
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import (
@@ -169,6 +170,12 @@ class BenchFindings:
     hypotheses: HypothesisSet
     posterior: Posterior
     together: SensorFit | None = None
+
+    @property
+    def axes_change(self) -> float:
+        """Probability that the axes or scales change in the session in a way without a name."""
+        pairs = zip(self.hypotheses.single, self.posterior.single.tolist(), strict=True)
+        return float(sum(share for one, share in pairs if one.parameter == CHANGING_AXES))
 
     @cached_property
     def could_be(self) -> float | None:

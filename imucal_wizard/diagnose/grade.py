@@ -8,6 +8,7 @@ from pathlib import Path
 from imucal_wizard.core.errors import RecordingError, UsageError
 from imucal_wizard.core.input import read_document
 from imucal_wizard.core.limits.use import LIMITS_OF_USE, USUAL_GRADE, USUAL_ROTATION_SECONDS
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import (
@@ -142,6 +143,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
             f"no sensor has its scale, about {number(scale, 2)}: a column, unit, range or sampling "
             "rate is wrong"
         )
+    if diagnosis.warned(NoticeKind.AXES):
+        return "its axes do not match the accelerometer's"
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
     if diagnosis.by_method and diagnosis.bench is not None:
         best = diagnosis.bench.fit

@@ -387,7 +387,7 @@ def _more_of_all(table: ResidualTable) -> Requests:
         )
         for name in names[:MAX_REPEATED_HOLDS]
     )
-    return (*_corners_not_held(ups, "not held so far"), *again)
+    return (*_corners_not_held(ups, "not held in the fit so far"), *again)
 
 
 def missing_directions(up: FloatArray, base: tuple[str, ...]) -> Requests:

@@ -7,6 +7,7 @@ from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import as_sentence, quantity
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Diagnosis
+from imucal_wizard.diagnose.effect_text import sizes_text
 from imucal_wizard.diagnose.free_curves import shape_of
 from imucal_wizard.diagnose.residuals import beyond_bounds
 from imucal_wizard.diagnose.verdict import Verdict
@@ -65,6 +66,7 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             "them lower the held-out error."
         )
     sentences += _slow_noise(diagnosis, bench)
+    sentences += _not_shown(bench)
     sentences += map(as_sentence, bench.refused)
     sentences += diagnosis.warned(*_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
@@ -96,6 +98,31 @@ def _slow_noise(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             "a second visit to some poses, separates it from an error of the sensor."
         )
     ]
+
+
+def _not_shown(bench: Bench) -> list[str]:
+    """That sizes of a term that the user added are no larger than noise makes them."""
+    fit, found = bench.fit, {one.term for one in bench.found}
+    ends, covariance, said = np.cumsum([0, *map(len, fit.sizes)]), fit.size_covariance, []
+    for term, sizes, first in zip(fit.terms, fit.sizes, ends, strict=False):
+        if covariance is None or term.effect.free or term.name in found:
+            continue
+        own = slice(int(first), int(first) + len(sizes))
+        squares = float(sizes @ np.linalg.pinv(covariance[own, own]) @ sizes) / len(sizes)
+        freedom = bench.fit.degrees_of_freedom or 1
+        chance = exceeded(squares, len(sizes), freedom)
+        # the best of so many settings: each may do as well by chance
+        settings = term.effect.variants(bench.measured.circumstances)
+        tried = 1 if term.variant is None else len(settings)
+        if chance * tried > TEST_LEVEL:
+            errors = np.sqrt(np.diag(covariance[own, own]))
+            shown = sizes_text(term.effect, fit.sensor, sizes, errors)
+            said.append(
+                f"These data do not show {term.name} ({shown}): noise alone may make sizes like "
+                f"these{f', at the likeliest of {tried} settings' if tried > 1 else ''}. Take it "
+                "out, unless other measurements show it."
+            )
+    return said
 
 
 def _of_earth(bench: Bench) -> str:

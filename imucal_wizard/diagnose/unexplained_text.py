@@ -101,10 +101,13 @@ def _shows_repeats(diagnosis: Diagnosis, bench: Bench) -> str:
             "Reach the next poses from another pose than before: an error that follows the pose "
             "before changes then."
         )
+    freedom = plural(repeats.freedom, "degree")
+    agree = f"Repeated poses agree within the noise ({freedom} of freedom)"
+    if not diagnosis.next_poses:
+        return f"{agree}, and every direction of the list was held: poses between these show more."
     return (
-        "Repeated poses agree within the noise "
-        f"({plural(repeats.freedom, 'degree')} of freedom). The next poses are directions that no "
-        "hold has seen yet: they show on what the error depends."
+        f"{agree}. The next poses are directions that no hold has seen yet: they show on what the "
+        "error depends."
     )
 
 
@@ -204,6 +207,8 @@ MIN_WANDERING = 0.9
 
 def _follows_nothing(bench: Bench) -> str:
     """What the difference between repeats was tested for, and what else may make it."""
+    known = any(one.effect.kind != "orientation" for one in bench.fit.terms)
+    further = "no further dependence" if known else "no dependence"
     tested = any(
         one.name == Hysteresis.name and bench.lacking(one) is None for one in bench.catalogue
     )
@@ -214,7 +219,7 @@ def _follows_nothing(bench: Bench) -> str:
             "dependences on the pose before were not tested"
         )
     return (
-        f"The tests show no dependence on the time{before}. The error may follow the pose before "
+        f"The tests show {further} on the time{before}. The error may follow the pose before "
         "in another way (play, or the force along another axis), differ between poses that are "
         "nearly alike, or come from axes that change in the session or with the temperature, or "
         "the device may settle a little differently each time. To decide, reach one pose ten times "
@@ -237,6 +242,13 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         return _probably(diagnosis, bench)
     if opinion.wandering > MIN_WANDERING:
         return ["The difference follows the time: the bias wanders during the session."]
+    if diagnosis.findings is not None and diagnosis.findings.axes_change > MIN_WANDERING:
+        return [
+            (
+                "The difference follows the time: the axes or the scales seem to change during the "
+                "session, as where the sensor is not mounted firmly or its housing yields."
+            )
+        ]
     if nearest is not None:
         sizes, follows = (
             _with_sizes(diagnosis, bench, nearest.term),

@@ -175,6 +175,8 @@ def _compact(patterns: FloatArray) -> FloatArray:
     return np.asarray(left[:, shown] * values[shown])
 
 
+CHANGING_AXES = "axes-change"
+"""Parameter of unknown structure that is a change of the axes in the session."""
 AXES_CHANGE_PRIOR = 0.03
 """As likely before any data as the effects of the catalogue that change a scale with the time."""
 CHANGE_LENGTHS = (0.4, 1.0)
@@ -214,7 +216,7 @@ def axes_changes(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesis]:
     # one product of all columns is much faster than one for each
     patterns = frame.across.T @ misfit.whitened(np.hstack(columns))
     each = np.split(patterns, np.cumsum([one.shape[1] for one in columns])[:-1], axis=1)
-    return [_unknown("", prior, own) for prior, own in zip(priors, each, strict=True)]
+    return [_unknown(CHANGING_AXES, prior, own) for prior, own in zip(priors, each, strict=True)]
 
 
 FIELD_CHANGE_PRIOR = 0.06

@@ -50,7 +50,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     """The sentences of a diagnosis, the most important first."""
     bench = diagnosis.bench
     parts = _of_method(diagnosis) + _base_left_out(diagnosis)
-    parts += [] if bench is None else _not_confirmed(bench)
+    parts += [] if bench is None else not_confirmed(bench)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
     elif bench is not None and diagnosis.rests_left_out:
@@ -111,13 +111,16 @@ def _base_left_out(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _not_confirmed(bench: Bench) -> list[str]:
-    """That data held out speak against the newest term."""
+def not_confirmed(bench: Bench) -> list[str]:
+    """That data held out speak against the newest term, or that it could not be checked."""
     # one of several that were added together may well make things worse alone
     newest, together = bench.ladder[-1].added, {one.term for one in bench.found}
     if newest is None or newest in together or bench.confirmed():
         return []
-    return [f"{capitalized(newest)} was added, but {why_not_confirmed(bench)}. Take it out again."]
+    added = f"{capitalized(newest)} was added, but"
+    if bench.fit.rms_held_out is None:
+        return [f"{added} these data are too few to leave any out and check it."]
+    return [f"{added} {why_not_confirmed(bench)}. Take it out again."]
 
 
 def _complete(diagnosis: Diagnosis, bench: Bench) -> list[str]:
@@ -305,7 +308,8 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
-        sentences.append(f"These data determine {what}{', '.join(fit.model)}.")
+        known = [*fit.base, *(one.name for one in fit.terms if fit.size_covariance is not None)]
+        sentences.append(f"These data determine {what}{', '.join(known)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
     dead = diagnosis.warned(NoticeKind.DEAD)[:1]
     clipped = NoticeKind.CLIPPED, NoticeKind.CLIPPED_ROTATIONS, NoticeKind.CLIPPED_HOLDS

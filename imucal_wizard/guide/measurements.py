@@ -5,6 +5,9 @@ import math
 from dataclasses import field, replace
 from typing import ClassVar
 
+import numpy as np
+
+from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.guide.kinds import StepKind
@@ -72,9 +75,12 @@ class KeptRotation:
     def rotation(self) -> Rotation:
         """The rotation, frozen, with its holds as they are now."""
         before, after = self.before.hold, self.after.hold
-        return Rotation(
-            before, after, self.time, self.rate, self.axis, self.problem, self.acceleration
-        )
+        # as it is cut from a file: the motion was kept while the hold after it could still be
+        # trimmed, and samples at rest add noise to the angle
+        begin, end = before.end - ROTATION_OVERLAP_SECONDS, after.start + ROTATION_OVERLAP_SECONDS
+        own = slice(*np.searchsorted(self.time, (begin, end)).tolist())
+        time, rate, acceleration = self.time[own], self.rate[own], self.acceleration[own]
+        return Rotation(before, after, time, rate, self.axis, self.problem, acceleration)
 
 
 @dataclass(eq=False)

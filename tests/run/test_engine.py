@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.acquire.intake import LINK_BREAK
 from imucal_wizard.acquire.setup import StreamSetup
+from imucal_wizard.core.limits.stillness import ROTATION_OVERLAP_SECONDS
 from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.guide.kinds import EventKind, StepKind
 from imucal_wizard.guide.plan import standard
+from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.run.engine import Engine
 from imucal_wizard.run.procedure_settings import ProcedureSettings
 from imucal_wizard.run.session_replay import begin_session
@@ -41,6 +44,24 @@ def test_the_whole_procedure_is_followed() -> None:
     collected = engine.collected()
     assert {hold.pose for hold in collected.holds} >= set(FACES)
     assert len([one for one in collected.rotations if one.axis and not one.problem]) >= 6
+
+
+def test_rotations_are_cut_as_they_are_from_a_file(tmp_path: Path) -> None:
+    """From the same holds: a motion that was kept longer would add the noise of samples at rest."""
+    path = tmp_path / "performed.csv"
+    path.write_bytes(recorded())
+    readings = read_files([path])
+    assert readings.gyroscope is not None
+    live = [one for one in _whole().collected().rotations if one.problem is None]
+    holds = _whole().collected().holds
+    cut = rotations_between(holds, readings.gyroscope, readings.accelerometer)
+    of_file = {(one.before.start, one.after.start): one for one in cut}
+    assert len(live) >= 6
+    for one in live:
+        other = of_file[one.before.start, one.after.start]
+        # a hold ends with the last block that was kept of it, and a motion begins with a block
+        assert abs(len(one.time) - len(other.time)) <= round(2.0 * ROTATION_OVERLAP_SECONDS * 50.0)
+        assert one.time[-1] == pytest.approx(other.time[-1], abs=1e-6)
 
 
 @pytest.mark.parametrize("size", [97, 4096])

@@ -7,6 +7,7 @@ from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.survey import diagnosis_of, tried_findings
 from imucal_wizard.diagnose.verdict import Verdict
+from imucal_wizard.diagnose.verdict_text import not_confirmed
 from imucal_wizard.diagnose.views import ResidualView, views_of
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.result import SensorFit
@@ -55,7 +56,8 @@ class BenchSnapshot:
     @property
     def style(self) -> str:
         """Style in which the verdict is shown."""
-        if self.diagnosis.settled:
+        bench = self.diagnosis.bench
+        if self.diagnosis.settled and not (bench and not_confirmed(bench)):
             return "good"
         return "accent" if self.diagnosis.verdict is Verdict.MISSING else "warn"
 
