@@ -247,6 +247,9 @@ KINDS: dict[str, Kind] = {
     "gyroscope whose axes change once": Kind((), turned=partial(_tilting, whole=True)),
     "long wave": Kind((), partial(strangers.AnyRipple, omega=(3.5, 5.0))),
     "field of degree 5": Kind((), strangers.Field),
+    "knee at 0.3 to 0.7 g": Kind((), strangers.Knee),
+    "axis that feels another's size": Kind((), strangers.Across),
+    "scale that feels another's size": Kind((), partial(strangers.Across, gain=True)),
 }
 
 

@@ -64,6 +64,36 @@ class Jump(Extra):
 
 
 @dataclass(frozen=True)
+class Knee(Extra):
+    """A characteristic whose slope changes by ``size`` per g at an input between 0.3 and 0.7 g."""
+
+    size: float
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance, in one sense of its input."""
+        axis, sense = _axis(rng), rng.choice((-1.0, 1.0))
+        beyond = np.maximum(sense * schedule.up[:, axis] - rng.uniform(0.3, 0.7), 0.0)
+        return _on(axis, self.size * beyond)
+
+
+@dataclass(frozen=True)
+class Across(Extra):
+    """One axis feels the size of the force along another one: ``size · |f_j|``.
+
+    With ``gain`` it is its scale that does: ``size · f_i |f_j|``.
+    """
+
+    size: float
+    gain: bool = False
+
+    def error(self, schedule: Schedule, rng: np.random.Generator) -> FloatArray:
+        """On an axis by chance."""
+        axis, other = rng.choice(3, 2, replace=False)
+        felt = np.abs(schedule.up[:, other])
+        return _on(int(axis), self.size * felt * (schedule.up[:, axis] if self.gain else 1.0))
+
+
+@dataclass(frozen=True)
 class Field(Extra):
     """A random smooth field over the sphere of one degree, ``size`` its rms."""
 

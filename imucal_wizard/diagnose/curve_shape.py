@@ -20,6 +20,7 @@ from imucal_wizard.core.quantities import fixed, number, plus_minus, with_unit
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median
+from imucal_wizard.estimate.distributions import chi_square
 from imucal_wizard.model.unknown_shape import Range, UnknownShape
 
 MIN_HOLDS_INSIDE = 3
@@ -38,6 +39,9 @@ MIN_RISE_IN_ERRORS = 3.0
 WIDTHS: FloatArray = np.geomspace(0.02, 1.5, 60)
 """That are tried, in halves of the range: of a step between 10 and 90 % of its height, of a bump at
 half its height. The narrowest is below the distance of the nodes of a curve."""
+MAX_DEVIATIONS = 3.0
+"""Of a normal variable: a step or a bump that leaves more than noise leaves in one of 740 is none.
+The nodes of a curve and the shapes tried are no closer to the truth."""
 COARSE, FINE = 41, 11
 """Places that are tried for a step or bump: over the range, and between neighbours of the best."""
 MAX_WIDTH_LOSS = 3.32
@@ -250,6 +254,11 @@ class _Data:
     root: FloatArray
     pull: FloatArray
 
+    @property
+    def largest(self) -> float:
+        """Log likelihood of the best curve of all."""
+        return 0.5 * float(np.linalg.norm(np.linalg.pinv(self.root.T) @ self.pull) ** 2)
+
     def multiples(self, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The best multiple of each of these columns (p, n), and its standard error, each (n,)."""
         precision = np.maximum(((self.root @ columns) ** 2).sum(axis=0), 1e-300)
@@ -317,8 +326,15 @@ def _steepest(
     best = int(one.gains.argmax())
     at, width = float(one.at[best]), float(WIDTHS[best])
     (kept,) = np.nonzero(one.gains > one.gains[best] - MAX_WIDTH_LOSS)
-    least, most = int(kept[0]) - 1, min(int(kept[-1]) + 1, len(WIDTHS) - 1)
+    least, most = int(kept[0]) - 1, int(kept[-1]) + 1
+    left_over = 2.0 * (data.largest - float(one.gains[best]))
+    freedom = len(data.root)
+    if most == len(WIDTHS) or left_over > freedom * chi_square(MAX_DEVIATIONS, freedom):
+        return None  # it is as wide as the range, or neither a step nor a bump
     interval = float(WIDTHS[least]) if least >= 0 else 0.0, float(WIDTHS[most])
+    weights = np.exp(one.gains[kept] - one.gains[best])
+    height = float(np.average(one.height[kept], weights=weights))
+    spread = one.error[kept] ** 2 + (one.height[kept] - height) ** 2
     left, right = at - 0.5 * width, at + 0.5 * width
     inside = held[(held >= left) & (held <= right)]
     below, above = held[held < left], held[held > right]
@@ -326,8 +342,8 @@ def _steepest(
     known = len(inside) >= MIN_HOLDS_INSIDE and float(gaps.max()) <= MAX_GAP * width
     return SteepPart(
         at=at,
-        rise=abs(float(one.height[best])),
-        rise_error=float(one.error[best]),
+        rise=abs(height),
+        rise_error=float(np.sqrt(np.average(spread, weights=weights))),
         width=width if known else None,
         width_interval=interval,
         between=(
@@ -376,7 +392,9 @@ def _likeliest(place: FloatArray, solved: FloatArray, data: _Data, *, bump: bool
             one.reshape(len(WIDTHS), -1)
             for one in data.multiples(solved @ shape.reshape(len(place), -1))
         )
-        gains = 0.5 * (height / error) ** 2
+        # of a part that lies outside what was measured the height is a guess
+        room = np.minimum(ats - place[0], place[-1] - ats) >= 0.5 * WIDTHS[:, None]
+        gains = np.where(room, 0.5 * (height / error) ** 2, 0.0)
         best = np.arange(len(WIDTHS)), gains.argmax(axis=1)
         return _Likeliest(gains[best], ats[best[1]], height[best], error[best])
 

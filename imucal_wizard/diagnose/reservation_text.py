@@ -45,7 +45,10 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         repeats, within = quantity(found.rms, floors.unit), floors.within_text
         if not bench.measured.at_rest:
             where = f"{repeats} from one time to another, {within} within each"
-            sentences.append(f"The same direction does not repeat: {where}.")
+            sentences.append(
+                f"The same direction does not repeat: {where}. The field changes from place to "
+                "place or in time, or the error differs between directions that are nearly alike."
+            )
         elif diagnosis.verdict is Verdict.COMPLETE:
             sentences.append(
                 f"A repeated pose differs by {repeats}, and the noise within a hold gives "

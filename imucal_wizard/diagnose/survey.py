@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.diagnose.bench import Bench, BenchFindings
+from imucal_wizard.diagnose.bench import Bench, BenchFindings, falls
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.change_text import reasons_of
 from imucal_wizard.diagnose.diagnosis import Diagnosis
@@ -108,9 +108,32 @@ def _try(bench: Bench, opinion: Opinion) -> Terms:
                 enough = left.shapeless or names in opinion.together
                 enough &= left.lack.within_noise or not of_one_family
             if bench.confirmed(len(names)) and enough:
-                return names
+                return (
+                    names
+                    if bench.look().opinion.lack.within_noise
+                    else _beside(bench, names, chosen)
+                )
         while len(bench.ladder) > below:
             bench.undo()
+    return ()
+
+
+def _beside(bench: Bench, names: Terms, chosen: Terms) -> Terms:
+    """What was added, or all that was chosen, where the error held out is lower with the rest.
+
+    Where one of several effects leaves much, the rest can pass for noise.
+    """
+    if set(chosen) <= set(names):
+        return names
+    alone, below = bench.fit.rms_held_out, len(bench.ladder) - len(names)
+    for tried in (chosen, names):
+        while len(bench.ladder) > below:
+            bench.undo()
+        with suppress(DataError):
+            for name in tried:
+                bench.add(name)
+            if tried == names or falls(alone, bench.fit.rms_held_out):
+                return tried
     return ()
 
 

@@ -5,7 +5,12 @@ nearest, what a free curve shows, and which measurements would tell more.
 """
 
 from imucal_wizard.core.quantities import as_sentence, capitalized, listed, number, plural, quantity
-from imucal_wizard.diagnose.bench import MAX_SHARE_NOT_PREDICTED, Bench, share_not_predicted
+from imucal_wizard.diagnose.bench import (
+    MAX_SHARE_NOT_PREDICTED,
+    Bench,
+    falls,
+    share_not_predicted,
+)
 from imucal_wizard.diagnose.change_text import beside_noise
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import dependence_text, sizes_of, sizes_text
@@ -30,8 +35,9 @@ def unexplained_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         other, known = rival
         return [
             (
-                f"{left} {capitalized(other)}, an effect of the same kind as {known}, explains it: "
-                f"{known} may be the wrong one. Take {known} out and look again."
+                f"{left} {capitalized(other)}, an effect of the same kind as {known}, would lower "
+                f"it further: both may be there, or {known} is the wrong one. Add {other}, then "
+                f"take {known} out, and compare the errors held out."
             )
         ]
     if diagnosis.in_reference:
@@ -219,11 +225,12 @@ def _follows_nothing(bench: Bench) -> str:
             "dependences on the pose before were not tested"
         )
     return (
-        f"The tests show {further} on the time{before}. The error may follow the pose before "
-        "in another way (play, or the force along another axis), differ between poses that are "
-        "nearly alike, or come from axes that change in the session or with the temperature, or "
-        "the device may settle a little differently each time. To decide, reach one pose ten times "
-        "from two sides in turn: readings that form two groups follow the pose before."
+        f"The tests show {further} on the time (drift, step or wander){before}. The error may "
+        "follow the pose before in another way (play, or the force along another axis), change to "
+        "and fro in the session (supply voltage, a load that switches), differ between poses that "
+        "are nearly alike, or come from axes that change in the session or with the temperature, "
+        "or the device may settle a little differently each time. To decide, reach one pose ten "
+        "times from two sides in turn: readings that form two groups follow the pose before."
     )
 
 
@@ -288,7 +295,11 @@ def _rival(diagnosis: Diagnosis, bench: Bench) -> tuple[str, str] | None:
     """The effect that explains what one of its family in the model leaves, and that one."""
     family = {one.name: one.family for one in bench.catalogue if one.family is not None}
     added = {family[term.name]: term.name for term in bench.fit.terms if term.name in family}
+    tried = {one.term: one.trial for one in diagnosis.suspects}
     for members in diagnosis.opinion.explanations[:1]:
-        if len(members) == 1 and family.get(members[0]) in added:
+        trial = tried.get(members[0]) if len(members) == 1 else None
+        # beside the one in the model it must help, or it explains nothing
+        now, then = bench.fit.rms_held_out, None if trial is None else trial.rms_held_out
+        if falls(now, then) and family.get(members[0]) in added:
             return members[0], added[family[members[0]]]
     return None

@@ -39,14 +39,21 @@ SHARES = {
     "axis": 0.05,
     "wave": 0.09,
     "jump": 0.04,
+    "knee": 0.04,
+    "across": 0.05,
+    "gain": 0.05,
 }
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
-along one certain axis in any shape, as a wave or as a jump. Most errors of a sensor are either odd
-or even. Along axes it is over the rate as often as over the force."""
+along one certain axis in any shape, as a wave, as a jump or as a knee; how often the error or the
+scale of one certain axis follows the force along one certain other one. Most errors of a sensor are
+either odd or even. Along axes it is over the rate as often as over the force."""
 SIGNS = {"sphere": 0, "odd": -1, "even": 1}
 """By which inversion multiplies structure on the sphere; 0 by nothing certain."""
 JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
 """Inputs at which a characteristic may jump, as at a missing code, g or largest rates."""
+KNEES = tuple(one for one in JUMPS if 0.25 < abs(one) < 0.7)
+"""Inputs at which its slope may change. One at 0 is the asymmetry of the catalogue, and beyond the
+edges of a cube, at 0.71 g, one hold shows it: the same as a disturbed hold."""
 JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
 JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
@@ -97,7 +104,14 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     by_force = [
         Characteristic(felt * axis, up[:, k], shown[:, k], errors) for k, axis in enumerate(AXES)
     ]
-    return made + _of_axes(by_force) + _of_axes(_by_rate(misfit, frame))
+    made += _of_axes(by_force) + _of_axes(_by_rate(misfit, frame))
+    for (i, own), (j, other) in itertools.permutations(enumerate(AXES), 2):
+        for kind, size in (("across", shown[:, i]), ("gain", shown[:, i] * up[:, i])):
+            one = Characteristic(own + other, up[:, j], size, errors)
+            prior = PRIOR[UNKNOWN] * SHARES[kind] / len(LENGTHS)
+            courses = [one.of(partial(_smooth, length=length)) for length in LENGTHS]
+            made += [_unknown(one.parameter, prior, course) for course in courses]
+    return made
 
 
 def _of_axes(axes: Sequence[Characteristic]) -> list[Hypothesis]:
@@ -116,6 +130,9 @@ def _of_axes(axes: Sequence[Characteristic]) -> list[Hypothesis]:
     for one, level in itertools.product(axes, JUMPS):
         patterns = one.of(partial(_jump, level=level))
         made.append(_unknown(one.parameter, prior["jump"] / len(JUMPS), patterns, JUMP_SIZES))
+    for one, level in itertools.product(axes, KNEES):
+        patterns = one.of(partial(_knee, level=level))
+        made.append(_unknown(one.parameter, prior["knee"] / len(KNEES), patterns, JUMP_SIZES))
     return made
 
 
@@ -134,6 +151,11 @@ def _wave(place: FloatArray, number: float) -> FloatArray:
 def _jump(place: FloatArray, level: float) -> FloatArray:
     """A jump, shape (k, 1); poses show it only in between."""
     return np.asarray(np.clip((place - level) / JUMP_WIDTH, -1.0, 1.0))
+
+
+def _knee(place: FloatArray, level: float) -> FloatArray:
+    """A change of slope, as where a mass touches a stop, shape (k, 1)."""
+    return np.abs(place - level)
 
 
 def _by_rate(misfit: WhitenedResiduals, frame: Frame) -> list[Characteristic]:

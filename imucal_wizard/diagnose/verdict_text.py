@@ -308,7 +308,8 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
         fit = diagnosis.bench.fit
         what = "all other parameters of " if fit.not_determined else ""
-        known = [*fit.base, *(one.name for one in fit.terms if fit.size_covariance is not None)]
+        unknown = {one.name for one in fit.terms if fit.size_covariance is None}
+        known = [one for one in fit.model if one not in unknown]
         sentences.append(f"These data determine {what}{', '.join(known)}.")
     # more data of the same kind would clip as well, and show as little of a dead axis
     dead = diagnosis.warned(NoticeKind.DEAD)[:1]
@@ -365,7 +366,9 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     apart = {pair: difference_at_one_g(*pair) for pair in combinations(known, 2)}
     most = max(apart, key=lambda pair: apart[pair])
     angle = quantity(float(np.radians(apart[most])), "rad")
-    noise = bench.fit.floor_fitted if bench.fit.floor is None else bench.fit.floor
+    # of the first model: with each effect that the poses hardly show, the later ones have more
+    first = bench.ladder[0]
+    noise = first.floor_fitted if first.floor is None else first.floor
     if apart[most] <= np.degrees((noise or 0.0) / bench.measured.gravity):
         among = "among" if known[2:] else "between"
         names = listed([one.effect.name for one in known])

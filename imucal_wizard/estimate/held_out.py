@@ -42,6 +42,10 @@ other rows do not show that combination."""
 OTHER_SETTINGS = 16
 """Of one term, the likeliest beside the one chosen, that are tried again without each group."""
 
+TIED = 0.01
+"""Difference of two sums of squares, in the variances of the rows, up to which two settings are
+equally good: a moment before and one after the hold left out."""
+
 EARLY = 2.0 / 3.0
 """Share of the holds and rotations, in the order of time, that predict the later ones."""
 
@@ -243,7 +247,7 @@ def _settings_chosen_again(found: "Minimum[Experiment]", out: _Under) -> FloatAr
         for cost, _, other in tried[:OTHER_SETTINGS]:
             made = _under_the_others(other, other.system.residual[:, None], other.errors[:, None])
             if made is not None:
-                closer = cost - made.spared < best
+                closer = cost - made.spared < best - TIED
                 best = np.where(closer, cost - made.spared, best)
                 errors = np.where(closer, made.errors[:, 0], errors)
     return errors

@@ -155,31 +155,84 @@ MAX_PASSES = 30
 CONVERGED = 1e-13
 """Change at which it is reached, as a share of the largest reading."""
 MAX_RATIO = 0.5
-"""Of one change to the one before, above which half steps are taken: where an error grows about as
-fast as the input, whole steps go to and fro for ever."""
+"""Of one change to the one before, above which Newton's steps are taken: where an error grows about
+as fast as the input, the fixed point is reached slowly or never."""
+MIN_DETERMINANT = 1e-3
+"""Of the slope of what is solved, below which it has no inverse worth a step."""
+MAX_HALVINGS = 5
+STEP = 1e-4
+"""For the derivative of ε by x, as a share of the largest x."""
 
 
 def true_input(
     linear: FloatArray, error: Callable[[FloatArray], FloatArray], scale: float
 ) -> FloatArray:
-    """``x = linear − error(x)`` by its fixed point; far away, infinite or NaN where there is none.
+    """``x = linear − error(x)``; far away, infinite or NaN where there is none.
 
     Args:
         linear: ``M (y − b)``, SI, shape (n, 3).
         error: of the true input x, SI, shape (n, 3) to (n, 3).
         scale: of the inputs, SI.
     """
-    found, share, before = linear, 1.0, np.inf
+    found, before = linear, np.inf
     for _ in range(MAX_PASSES):
         with np.errstate(over="ignore", invalid="ignore"):
-            step = share * (linear - error(found) - found)
-            found = found + step
-        change = float(np.fmax.reduce(np.abs(step), axis=None, initial=0.0))
+            step = linear - error(found) - found
+        change = _largest(step)
+        if MAX_RATIO * before < change < np.inf:
+            return _by_newton(linear, error, found, scale)
+        found = found + step
         if change <= CONVERGED * scale:
             break
-        share = 0.5 if change > MAX_RATIO * before else share
         before = change
     return found
+
+
+def _largest(values: FloatArray) -> float:
+    """Of the sizes; NaN, of samples that are missing, does not count."""
+    return float(np.fmax.reduce(np.abs(values), axis=None, initial=0.0))
+
+
+def _by_newton(
+    linear: FloatArray, error: Callable[[FloatArray], FloatArray], found: FloatArray, scale: float
+) -> FloatArray:
+    """See ``true_input``: row by row, each step halved until less is left."""
+
+    def left(at: FloatArray) -> FloatArray:
+        return np.asarray(linear - error(at) - at)
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        rest = left(found)
+        for _ in range(MAX_PASSES):
+            slope = np.eye(3) + _slope(error, found, scale)
+            flat = ~(np.abs(np.linalg.det(slope)) > MIN_DETERMINANT)
+            slope[flat] = 2.0 * np.eye(3)
+            step = np.linalg.solve(slope, rest[:, :, None])[:, :, 0]
+            size, share = np.linalg.norm(rest, axis=1), np.ones((len(found), 1))
+            moved = left(found + step)
+            for _ in range(MAX_HALVINGS):
+                worse = np.linalg.norm(moved, axis=1) > size
+                if not worse.any():
+                    break
+                share[worse] *= 0.5
+                moved = left(found + share * step)
+            better = (np.linalg.norm(moved, axis=1) <= size)[:, None]
+            found, rest = (
+                np.where(better, found + share * step, found),
+                np.where(better, moved, rest),
+            )
+            if not better.any() or _largest(rest) <= CONVERGED * scale:
+                break
+    return found
+
+
+def _slope(
+    error: Callable[[FloatArray], FloatArray], found: FloatArray, scale: float
+) -> FloatArray:
+    """``∂error/∂x`` by central differences, shape (n, 3, 3)."""
+    aside = STEP * max(scale, 1e-12) * np.eye(3)
+    ends = [(error(found + one) - error(found - one)) for one in aside]
+    return np.asarray(np.stack(ends, axis=2) / (2.0 * aside[0, 0]))
 
 
 def corrected(
@@ -210,10 +263,6 @@ def corrected(
     return true_input(linear, error, float(np.abs(linear).max(initial=0.0)))
 
 
-STEP = 1e-4
-"""For the derivative of ε by x, as a share of the largest x."""
-
-
 def slope_of_corrected(
     terms: Terms, sizes: FloatArray, found: FloatArray, circumstances: Circumstances
 ) -> FloatArray:
@@ -225,15 +274,11 @@ def slope_of_corrected(
         found: x, SI, shape (n, 3).
         circumstances: of each x.
     """
-    slope = np.tile(np.eye(3), (len(found), 1, 1))
     if not len(terms):
-        return slope
+        return np.tile(np.eye(3), (len(found), 1, 1))
 
     def error(at: FloatArray) -> FloatArray:
         return np.asarray(terms.columns(circumstances.sensing(terms.sensor, at)) @ sizes)
 
-    step = STEP * np.abs(found).max(initial=1e-12)
-    for axis in range(3):
-        aside = step * np.eye(3)[axis]
-        slope[:, :, axis] += (error(found + aside) - error(found - aside)) / (2.0 * step)
+    slope = np.eye(3) + _slope(error, found, float(np.abs(found).max(initial=0.0)))
     return np.asarray(np.linalg.inv(slope), np.float64)

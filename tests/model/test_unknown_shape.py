@@ -124,5 +124,5 @@ def test_a_curve_as_steep_as_the_sensor_itself_is_inverted() -> None:
     slope = np.gradient(error[:, 0], where.force[:, 0])
     assert 0.9 < slope.max() < 1.1
     nominal = (np.eye(3), np.zeros(3))
-    back = corrected(nominal, terms, sizes, where.force + error, where)
+    back = corrected(nominal, terms, np.asarray(sizes, float), where.force + error, where)
     assert back == pytest.approx(where.force, abs=1e-6)
