@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from imucal_wizard.api import load
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
@@ -17,11 +18,11 @@ from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.options import AppSettings
+from imucal_wizard.tui.options import AppSettings, WizardOptions
 from imucal_wizard.tui.panels.report import fit_summary
 from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.result import SaveScreen
-from imucal_wizard.tui.services import Saved
+from imucal_wizard.tui.services import Saved, WizardServices
 from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.widgets.big_text import BigText, dots, half_blocks
 from tests.tui import fakes
@@ -262,6 +263,29 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         screen.save()
         text = await shows(pilot, "not saved: the disk is full", "t table")
         assert "a.json" not in text
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_a_sensor_that_is_not_in_the_file_is_named_beside_saved(
+    size: tuple[int, int], tmp_path: Path
+) -> None:
+    """Its calibration is worse than none; the file is really written."""
+    found = fakes.report()
+    worse = replace(found.sensors["accelerometer"], rms_held_out=0.5)
+    bad = replace(found, sensors={**found.sensors, "accelerometer": worse})
+    writer = WizardServices(WizardOptions(save=tmp_path / "a.json", sessions=tmp_path))
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    services = replace(
+        fakes.services(source),
+        fit=lambda _collected, _snapshot: bad,
+        save=lambda fitted, _benches, place: writer.save(fitted, None, place),
+    )
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=size) as pilot:
+        await shows(pilot, "✓ ", "▲ The accelerometer is not in this file")
+        assert "The gyroscope is not" not in seen(pilot)
+        assert app.screen.query_one(BigText).text == "SAVED"
+    assert set(load(tmp_path / "a.json").sensors) == {"gyroscope"}
 
 
 async def test_a_file_that_is_being_written_is_not_called_saved() -> None:

@@ -118,25 +118,28 @@ _GRADES = {
 """Style and sign of a grade, and the key that leads to what to do."""
 
 
-def bench_rows(report: FitReport | None, width: int, *, saved: bool) -> list[Line]:
+def bench_rows(
+    report: FitReport | None, width: int, unsaved: str, without: Sequence[str] = ()
+) -> list[Line]:
     """A row for each sensor to whose model the bench has added effects.
 
     Args:
         report: the fit with them, or None.
         width: columns there are.
-        saved: the saved file has them.
+        unsaved: the models that no file has, in words; "" if there are none.
+        without: the sensors that the file does not have.
     """
     rows: list[Line] = []
     for name, fit in (report.sensors if report is not None else {}).items():
         if fit.terms:
             terms = " + ".join(term.name for term in fit.terms)
-            words = f"from the bench: {name} + {terms}; {'saved' if saved else 'not saved yet'}"
-            rows += wrapped(
-                f"{'✓' if saved else '▸'} {words}",
-                width,
-                "good" if saved else "accent",
-                indent="  ",
-            )
+            sign, saved, style = "✓", "saved", "good"
+            if unsaved:
+                sign, saved, style = "▸", "not saved yet", "accent"
+            elif name in without:
+                sign, saved, style = "▲", "not usable, so not in the file", "bad"
+            words = f"{sign} from the bench: {name} + {terms}; {saved}"
+            rows += wrapped(words, width, style, indent="  ")
     return rows
 
 

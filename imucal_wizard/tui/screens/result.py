@@ -110,7 +110,8 @@ class FitScreen(LiveScreen):
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
-        rows = bench_rows(self.state.result, width, saved=not self.state.models.unsaved)
+        without = self.state.saved.without if self.state.saved is not None else ()
+        rows = bench_rows(self.state.result, width, self.state.models.unsaved, without)
         if self.state.report is not None and not self.state.diagnoses:
             exercise = self.state.services.exercise
             words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
@@ -371,7 +372,9 @@ class SaveScreen(FitScreen):
         self._writing -= 1
         if being_left(self):
             return
-        word = ("NOT SAVED", "bad") if self.problem else ("SAVED", "good")
+        in_part = state.saved is not None and bool(state.saved.without)
+        word = ("SAVED", "warn") if in_part else ("SAVED", "good")
+        word = ("NOT SAVED", "bad") if self.problem else word
         self.query_one(BigText).say(*word)
         self.refresh_page()
         if state.settings.quit_after and not self.problem:
@@ -408,6 +411,9 @@ class SaveScreen(FitScreen):
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
         elif saved is not None and not self._writing:
             rows = wrapped(f"✓ {saved.path}", width, "good", indent="  ")
+            for name in saved.without:
+                words = f"▲ The {name} is not in this file: it has no usable calibration."
+                rows += wrapped(words, width, "bad", indent="  ")
             device = self.state.services.description.named
             known = (
                 f"device: {device}" if device else "no device name; d: give one, for its history"
