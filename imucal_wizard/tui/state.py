@@ -119,6 +119,7 @@ class WizardState:
         diagnoses: of each sensor of the newest fit; empty until they are known.
         models: the bench as it was left, and the models that no file has.
         sensor: the sensor whose bench was open last.
+        answered: the bench of the source has shown what its model lacks; an exercise hides it.
         resume_bench: the bench has requested data and opens again after the next fit.
         saved: the saved calibration, or None.
         failure: why an unattended run could not go on, or None.
@@ -139,6 +140,7 @@ class WizardState:
         self.diagnoses: Mapping[str, Diagnosis] = {}
         self.models = BuiltModels()
         self.sensor = ""
+        self.answered = False
         self.resume_bench = False
         self.saved: Saved | None = None
         self.failure: ImucalError | None = None
@@ -175,7 +177,7 @@ class WizardState:
         self.drop()
         remember(f"source {type(source).__name__}")
         self.source, self.snapshot, self._heard = source, None, 0
-        self.resume_bench = False
+        self.resume_bench = self.answered = False
         self.models.forget()
         source.start()
 
@@ -254,6 +256,11 @@ class WizardState:
         return self.services.grades(self.result, self.diagnoses)
 
     @property
+    def hides_answer(self) -> bool:
+        """Whether the source is an exercise, and its bench hides the answer until a guess."""
+        return self.services.exercise and not self.answered
+
+    @property
     def good(self) -> bool | None:
         """Whether every sensor is good; None while there is no verdict."""
         grades = self.grades.values()
@@ -284,9 +291,11 @@ class WizardState:
                 models.open(benches, draft)
             return benches
 
-    def leave_bench(self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None") -> None:
+    def leave_bench(
+        self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None", *, answered: bool
+    ) -> None:
         """Note the sensor whose bench was left, and measure what the bench has requested."""
-        self.sensor = sensor
+        self.sensor, self.answered = sensor, answered
         if asked:
             from imucal_wizard.measurement.requests import requests_to_text
 
@@ -301,7 +310,7 @@ class WizardState:
     def save(self, place: "Path | None" = None) -> Saved:
         """Write the calibration, with its verdicts and the bench's effects. Slow: use a thread.
 
-        An exercise that has no bench yet is saved without verdicts, which give it away.
+        An exercise whose answer is hidden is saved without verdicts, which give it away.
 
         Args:
             place: the file; None for the usual one.
@@ -312,7 +321,8 @@ class WizardState:
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
         benches = None
         with self.models.lock:
-            if self.models.benches is not None or not self.services.exercise:
+            opened = self.models.benches
+            if not self.hides_answer or (opened is not None and opened.changed({})):
                 with suppress(DataError):  # the data determine a fit, but no model to be judged
                     benches = self.bench()
             return self.services.save(self.report, benches, place)

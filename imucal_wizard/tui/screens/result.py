@@ -136,13 +136,12 @@ class FitScreen(LiveScreen):
         """Open the bench, first on a sensor whose model lacks something."""
         state = self.state
         if state.report is not None:
-            predict = state.services.exercise and not state.sensor
             lacking = (name for name, one in state.diagnoses.items() if not one.settled)
             sensor = state.sensor or next(lacking, "")
-            screen = BenchScreen(state.bench, sensor, live=state.live, predict=predict)
+            screen = BenchScreen(state.bench, sensor, live=state.live, predict=state.hides_answer)
 
             def leave(asked: tuple[MeasurementRequest, ...] | None) -> None:
-                state.leave_bench(screen.sensor, asked)
+                state.leave_bench(screen.sensor, asked, answered=not screen.selection.hidden)
                 if not asked:
                     self.diagnose()
 
