@@ -239,7 +239,8 @@ async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        text = await shows(pilot, "not saved: 4 holds do not determine a fit", "b back")
+        text = await shows(pilot, "not saved: 4 holds do not determine a fit", "b back", "–Result")
+        assert "s save" not in text
         assert "find what is missing" not in text
         assert "parameters" not in text
         await pilot.press("f", "t")
@@ -261,7 +262,7 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         screen = app.screen
         assert isinstance(screen, SaveScreen)
         screen.save()
-        text = await shows(pilot, "not saved: the disk is full", "t table")
+        text = await shows(pilot, "not saved: the disk is full", "t table", "s save")
         assert "a.json" not in text
 
 

@@ -331,7 +331,7 @@ class SaveScreen(FitScreen):
     """Fits again with the validation and saves."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("s", "save_again", "save again", tooltip="saves the model as it is now"),
+        Binding("s", "save_again", "save", tooltip="saves the model as it is now"),
         Binding("x", "export", "export", tooltip="writes the calibration for another program"),
         Binding("d", "describe", "device", tooltip="names device, place and operator in the file"),
     ]
@@ -376,17 +376,19 @@ class SaveScreen(FitScreen):
         word = ("NOT SAVED", "bad") if self.problem else word
         self.query_one(BigText).say(*word)
         self.refresh_page()
+        if self.without_result and state.snapshot is not None:
+            self.take(state.snapshot)  # the row of steps; a source that has ended gives no other
         if state.settings.quit_after and not self.problem:
             await self.run_action("app.quit")
         elif state.report is not None:
             self.diagnose()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Enable saving again only for another model."""
+        """Enable saving again only for another model, or after a failure."""
         if action in ("export", "describe"):
             return self.state.saved is not None and not self.problem
         if action == "save_again":
-            return self.state.unsaved or bool(self.problem)
+            return self.state.unsaved or (bool(self.problem) and self.state.report is not None)
         return super().check_action(action, parameters)
 
     @property
