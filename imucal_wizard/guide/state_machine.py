@@ -398,7 +398,7 @@ class StateMachine:
             context.run.used = not rotating
         if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
             self.skipped[StepKind.VALIDATE] = self._not_validated()
-        if kind in _MEASURED:
+        if kind in (*_MEASURED, StepKind.SAVE):
             # The measurements that are fitted must not change afterwards.
             self.capture.finish()
             context.run.complete = kept is not None

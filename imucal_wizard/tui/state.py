@@ -143,6 +143,7 @@ class WizardState:
         self.answered = False
         self.resume_bench = False
         self.saved: Saved | None = None
+        self._filed: FitReport | None = None
         self.failure: ImucalError | None = None
         self.unwritten = ""
         self._rescued = False
@@ -340,12 +341,26 @@ class WizardState:
 
     def wrote(self, saved: Saved) -> None:
         """Note that the calibration is on disk."""
-        self.saved, self.result = saved, saved.report or self.result
+        self.saved, self.result, self._filed = saved, saved.report or self.result, self.report
 
     @property
     def unsaved(self) -> bool:
         """Whether the bench has another model than the saved file."""
         return self.saved is not None and bool(self.models.unsaved)
+
+    @property
+    def in_file(self) -> bool:
+        """Whether the saved file has the present fit with the present model."""
+        return self.saved is not None and self._filed is self.report and not self.models.unsaved
+
+    @property
+    def validated(self) -> bool:
+        """Whether the present fit has all new orientations that the validation asks for."""
+        if self.report is None or self.snapshot is None:
+            return False
+        skipped = (step for step, _ in self.snapshot.status.skipped)
+        taken = any(fit.validation for fit in self.report.sensors.values())
+        return taken and StepKind.VALIDATE not in skipped
 
     def recheck(self) -> "tuple[Recheck, Calibration]":
         """The verdict of a recheck. Slow: call it in a thread.

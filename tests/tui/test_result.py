@@ -1,5 +1,6 @@
 """The result, its table, the validation and the place where it is saved."""
 
+import re
 import threading
 import time
 from dataclasses import replace
@@ -123,6 +124,65 @@ async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
     async with app.run_test(size=USUAL) as pilot:
         await until(pilot, lambda: ("validate", "") in source.commands)
         await shows(pilot, "▸VALIDATE")
+
+
+def asked(text: str) -> list[str]:
+    """The keys that the page tells the operator to press; the footer has no colons."""
+    return re.findall(r"(?:^|\s)([a-z]): ", text, re.MULTILINE)
+
+
+def worse_than_none() -> FitReport:
+    """A fit whose accelerometer is not usable."""
+    found = fakes.report()
+    worse = replace(found.sensors["accelerometer"], rms_held_out=0.5)
+    return replace(found, sensors={**found.sensors, "accelerometer": worse})
+
+
+@pytest.mark.parametrize(
+    ("found", "gyroscope", "ended", "keys", "words"),
+    [
+        (fakes.report(), Verdict.COMPLETE, False, ["v", "s"], "v: validate with a few new poses"),
+        (fakes.report(), Verdict.COMPLETE, True, ["s"], "The recording has ended. s: save"),
+        (fakes.report(True), Verdict.COMPLETE, False, ["s"], "s: save"),
+        (fakes.report(), Verdict.UNEXPLAINED, False, ["f"], "f: find out more"),
+        (worse_than_none(), Verdict.UNEXPLAINED, False, ["b"], "b: back, to measure more"),
+        (worse_than_none(), Verdict.COMPLETE, True, [], "The recording has ended: record again"),
+    ],
+)
+async def test_a_result_has_one_instruction(
+    found: FitReport, gyroscope: Verdict, ended: bool, keys: list[str], words: str
+) -> None:
+    """That of its worst sensor; a good one has two ways to the file."""
+    source = fakes.FakeSource(RESULT)
+    source.finished = ended
+    services = replace(
+        fakes.services(source),
+        fit=lambda _collected, _snapshot: found,
+        diagnose=lambda _benches: fakes.diagnoses(gyroscope),
+    )
+    app = WizardApp(services, AppSettings(countdown=60.0), VIRTUAL)
+    async with app.run_test(size=LARGE) as pilot:
+        await until(pilot, lambda: bool(app.state.grades))
+        await pilot.press("home")
+        assert asked(await shows(pilot, f" {words}")) == keys
+
+
+@pytest.mark.parametrize(
+    ("validated", "words"),
+    [(True, "The calibration is saved. q: quit"), (False, "v: validate with a few new poses")],
+)
+async def test_a_result_that_is_in_the_file_is_not_asked_to_be_saved(
+    validated: bool, words: str
+) -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    services = replace(all_good(source), fit=lambda _collected, _snapshot: fakes.report(validated))
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "✓ calibration.json")
+        await until(pilot, lambda: bool(app.state.grades))
+        source.say(RESULT)
+        text = await shows(pilot, "▸RESULT", words)
+        assert len(asked(text)) == 1
 
 
 async def test_a_device_that_is_unplugged_at_the_result_is_told_and_waited_for() -> None:
@@ -271,9 +331,7 @@ async def test_a_sensor_that_is_not_in_the_file_is_named_beside_saved(
     size: tuple[int, int], tmp_path: Path
 ) -> None:
     """Its calibration is worse than none; the file is really written."""
-    found = fakes.report()
-    worse = replace(found.sensors["accelerometer"], rms_held_out=0.5)
-    bad = replace(found, sensors={**found.sensors, "accelerometer": worse})
+    bad = worse_than_none()
     writer = WizardServices(WizardOptions(save=tmp_path / "a.json", sessions=tmp_path))
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(

@@ -17,7 +17,7 @@ from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.tui.panels.preview import interrupted
-from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table
+from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table, way_on
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.export import ExportScreen
@@ -313,18 +313,32 @@ class ResultScreen(FitScreen):
         return interrupted(snapshot.stream)
 
     def _tell_next(self) -> None:
-        text, ended = "", self.state.ended
-        missing = self._missing if self.state.report is not None else ""
-        if missing:
-            text = f"▲ {missing}: validation needs the device   s: save without validation"
-        elif self._deadline is not None:
+        text = self._next()
+        self.lines("next").show([line(f" {text}", "bad" if text.startswith("▲") else "accent")])
+
+    def _next(self) -> str:
+        """What to do next, or what follows by itself; "" while that is not known."""
+        state, ended = self.state, self.state.ended
+        if state.report is None:
+            return ""
+        if self._deadline is not None and not self._missing:
             left = max(0, math.ceil(self._deadline - time.monotonic()))
             what = "saving" if ended else "validation with a few new poses"
-            text = f"{what} begins by itself in {left} s; any key stops it"
-        elif self.state.report is not None:
-            text = "v: validate with a few new poses   s: save without validation"
-            text = "The recording has ended. s: save" if ended else text
-        self.lines("next").show([line(f" {text}", "bad" if missing else "accent")])
+            return f"{what} begins by itself in {left} s; any key stops it"
+        if state.hides_answer:
+            return "f: open the bench"
+        if not (state.grades or state.services.exercise):
+            return ""  # the page says what is awaited
+        if words := way_on(state.grades, ended=ended):
+            return words
+        if ended or state.validated:
+            if state.in_file:
+                return "The calibration is saved. q: quit"
+            return "The recording has ended. s: save" if ended else "s: save"
+        save = "" if state.in_file else "   s: save without validation"
+        if self._missing:
+            return f"▲ {self._missing}: validation needs the device{save}"
+        return f"v: validate with a few new poses{save}"
 
 
 class SaveScreen(FitScreen):
@@ -423,4 +437,6 @@ class SaveScreen(FitScreen):
             if self.state.unsaved:
                 words = "▲ The model of the bench differs from this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")
+            elif words := way_on(self.state.grades, ended=self.state.ended):
+                rows += wrapped(f"▸ {words}", width, "accent", indent="  ")
         return [*rows, *super().news(width), line("")]
