@@ -46,7 +46,7 @@ def link_lost_text(port: str, error: BaseException) -> str:
     what = f"{port} is gone: the device was unplugged or switched off. Plug it in again"
     if "://" in port:
         what = f"The connection to {port} has ended ({error}). Check the server and the network"
-    return f"{what}; all measurements are kept and reading continues automatically."
+    return f"{what}: finished measurements are kept, an unfinished one begins again by itself."
 
 
 def _cannot_open_url(url: str, error: BaseException) -> str:

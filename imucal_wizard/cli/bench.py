@@ -174,6 +174,7 @@ def _save(fit: "Fit", arguments: Namespace, place: Path) -> "Saved":
     """
     from imucal_wizard.diagnose.grade import graded
     from imucal_wizard.diagnose.survey import diagnose_benches
+    from imucal_wizard.report.device_history import not_in_file
     from imucal_wizard.tui.services import Saved, last_line
 
     limits = limits_of_use(arguments)
@@ -183,7 +184,8 @@ def _save(fit: "Fit", arguments: Namespace, place: Path) -> "Saved":
     report = fit.benches.fitted()
     grades = graded(report, diagnoses, limits)
     last = last_line(grades, report, place, None)
-    return Saved(place, (*said, last), report)
+    without = not_in_file(calibration, report.rates, force=arguments.force)
+    return Saved(place, (*said, last), report, without=without)
 
 
 def _judge_guess(statements: "Sequence[Diagnosis]", text: str, place: str | None) -> None:

@@ -76,15 +76,12 @@ class Commands:
         if argument not in list(plan.kinds):
             known = ", ".join(plan.kinds)
             raise UsageError(f"there is no step {argument!r}; give one of {known}")
-        step, kinds = StepKind(argument), machine.kinds
-        if step not in kinds:
+        step = StepKind(argument)
+        if step not in machine.kinds:
             self._say(f"No step {TITLES[step]}: the stream has no magnetometer.")
             return
         machine.return_to = None
-        if machine.step is not StepKind.MORE:
-            for kind in kinds[kinds.index(machine.step) : kinds.index(step)]:
-                if kind in MEASURING and not machine.stages[kind].finished:
-                    machine.skipped[kind] = plan.step(kind).skipped
+        machine.pass_over(step)
         machine.enter(step)
 
     def _has(self, kind: StepKind) -> bool:

@@ -18,8 +18,7 @@ Matrix = tuple[Vector, Vector, Vector]
 
 IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 AZIMUTH = math.radians(20.0)
-"""Below half of the 45° between two directions in words, so that a device that lies square to the
-operator is tipped straight towards them or straight to a side."""
+"""Enough to show the name of a side face of a device that lies square."""
 ELEVATION = math.radians(24.0)
 UPRIGHT = 0.1
 """Level part of a unit axis below which a rotation about it moves the top nowhere."""
@@ -34,6 +33,11 @@ _DIRECTIONS = (
     "towards you and right",
 )
 """Directions in which the top moves, counter-clockwise from the right, 45° apart."""
+_RIGHT = -AZIMUTH / 2.0
+"""The middle of "to the right": half-way between the right of the eye and that of a device that
+lies square to the operator. The edges that such a device is tipped along are ``AZIMUTH`` beside the
+directions of the eye, so counted from the eye 3° of yaw would make another word in one sense, and
+25° in the other; from here it is 12° in both."""
 
 
 def seen(point: Vector) -> Vector:
@@ -97,11 +101,19 @@ class Turn:
         return product(about(self.axis, share * self.angle), attitude)
 
     @property
-    def words(self) -> str:
-        """Where the top of the device moves: "towards you", "to the left"."""
+    def sector(self) -> int:
+        """Where the top of the device moves: 45° counter-clockwise from the right, so many times.
+
+        Words and the head of the arrow are both taken from it.
+        """
         right, away = _level_seen(self.axis[1], -self.axis[0])  # axis × up
-        sector = round(math.degrees(math.atan2(away, right)) / 45.0)
-        return _DIRECTIONS[sector % len(_DIRECTIONS)]
+        beyond = math.degrees(math.atan2(away, right) - _RIGHT)
+        return round(beyond / 45.0) % len(_DIRECTIONS)
+
+    @property
+    def words(self) -> str:
+        """The same in words: "towards you", "to the left"."""
+        return _DIRECTIONS[self.sector]
 
 
 def turn_to(attitude: Matrix, up: Vector) -> Turn:

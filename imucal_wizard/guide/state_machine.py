@@ -298,6 +298,7 @@ class StateMachine:
         else:
             self.context.measurements.remove(kept)
         if self.step is not step:
+            self.pass_over(step)
             self.enter(step)
         if run.kept is kept:
             run.used = True
@@ -397,12 +398,20 @@ class StateMachine:
             context.run.used = not rotating
         if kind is StepKind.SAVE and not self.stages[StepKind.VALIDATE].finished:
             self.skipped[StepKind.VALIDATE] = self._not_validated()
-        if kind in _MEASURED:
+        if kind in (*_MEASURED, StepKind.SAVE):
             # The measurements that are fitted must not change afterwards.
             self.capture.finish()
             context.run.complete = kept is not None
         context.watch.rest()
         self.stage.enter()
+
+    def pass_over(self, step: StepKind) -> None:
+        """Skip the steps that are not finished between the present one and a later one."""
+        kinds = self.kinds
+        if self.step in kinds and step in kinds:  # the requested measurements have no place
+            for kind in kinds[kinds.index(self.step) : kinds.index(step)]:
+                if kind in MEASURING and not self.stages[kind].finished:
+                    self.skipped[kind] = self.context.procedure.step(kind).skipped
 
     def _not_validated(self) -> str:
         """Consequence of an incomplete validation."""

@@ -81,8 +81,9 @@ ENOUGH_HOLDS = 8
 LEAST_GAIN = 0.05
 """After so many holds a pose that shows so little more (1 is one change) is not asked for."""
 OTHER_AXES = (
-    "the readings do not have the axes of the calibration, with which every sensor agrees: "
-    "correct the columns, the wiring or the axes set in the device"
+    "the readings do not have the axes of the calibration. With the axes put right no sensor "
+    "disagrees, so no new calibration is needed: correct the columns, the wiring or the axes set "
+    "in the device"
 )
 OWN = "the calibration's"
 """Whose axes those of the readings are said to lie along."""
@@ -169,7 +170,7 @@ class CalibratedDevice:
             axes, corrected = found[0]
             for name, order in axes.items():
                 words = axes_in_words(order, OWN)
-                says = f"its axes are not those of the calibration: {words}"
+                says = f"its axes differ from the calibration's: {words}"
                 known = sensors[name]
                 corrected[name] = replace(known, verdict=RecheckVerdict.NO_GO, moved=(), says=says)
             return device_verdict(corrected, measured.seconds, notes, OTHER_AXES)

@@ -5,7 +5,7 @@ The error as left is the one that the new calibration leaves.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -46,7 +46,8 @@ def save_in_history(
         DataError: no sensor is usable; nothing is written.
         UsageError: the file cannot be written.
     """
-    named, says = calibration.device_name, [saved_text(calibration, path, force=force)]
+    named = calibration.device_name
+    says = [saved_text(path, not_in_file(calibration, force=force))]
     if not named:
         calibration.save(path, force=force)
         return says
@@ -64,11 +65,24 @@ def save_in_history(
         return [*says, *catalogue.notes]
 
 
-def saved_text(calibration: Calibration, path: Path, *, force: bool = False) -> str:
-    """What is saved in a file, and the sensors that are left out because they are not usable."""
-    left_out = [] if force else list(calibration.unusable)
-    without = f" without the {' and the '.join(left_out)}" if left_out else ""
-    return f"saved: {path}{without}"
+def not_in_file(
+    calibration: Calibration, measured: Iterable[str] = (), *, force: bool = False
+) -> tuple[str, ...]:
+    """The sensors that the file does not have because they have no usable calibration.
+
+    Args:
+        calibration: the result.
+        measured: sensors that were measured; those without a calibration are left out, too.
+        force: the sensors that are not usable are written, too.
+    """
+    unusable = () if force else calibration.unusable
+    every = dict.fromkeys((*measured, *calibration.sensors))
+    return tuple(name for name in every if name in unusable or name not in calibration.sensors)
+
+
+def saved_text(path: Path, without: Sequence[str]) -> str:
+    """What is saved in a file, and the sensors that it does not have."""
+    return f"saved: {path}" + (f" without the {' and the '.join(without)}" if without else "")
 
 
 def _with_as_found(

@@ -325,7 +325,8 @@ class Reader(Runner):
     def _wait_for_return(self, problem: str) -> None:
         """Search for the lost device until it is back or the reader is stopped."""
         self._engine.link(problem)
-        self._engine.emit(EventKind.LINK_LOST, "The connection is lost; all measurements are kept.")
+        text = "The connection is lost; finished measurements are kept."
+        self._engine.emit(EventKind.LINK_LOST, text)
         while not self._stopping.is_set():
             self._engine.journal.check()
             self._publish()
@@ -333,6 +334,6 @@ class Reader(Runner):
             if self._source.reopen():
                 self._engine.connected(self._source.description)
                 self._engine.receive(LINK_BREAK, self._now)
-                text = "The device is back; the measurement continues."
+                text = "The device is back; an unfinished measurement begins again."
                 self._engine.emit(EventKind.LINK_BACK, text)
                 return

@@ -69,7 +69,7 @@ _ARROW_RADIUS = 1.5
 _ARROW_DEG = range(-50, 51, 4)
 """The arrow's angles from the vertical; its middle is on top."""
 ARROW_HEADS = "→↗↑↖←↙↓↘"
-"""Heads for eight directions on the screen, counter-clockwise from the right."""
+"""Heads for the eight directions in words, counter-clockwise from the right; up is away."""
 
 
 def cube_rows(
@@ -163,7 +163,7 @@ def _axis(canvas: Canvas, view: _Projection, index: int) -> None:
 
 
 def _arrow(canvas: Canvas, view: _Projection, turn: Turn) -> None:
-    """The way of a point above the device, two dots wide, with a head."""
+    """The way of a point above the device, two dots wide; the head says what the words say."""
     points = [
         view.world_dots(times(about(turn.axis, math.radians(angle)), (0.0, 0.0, _ARROW_RADIUS)))
         for angle in _ARROW_DEG
@@ -171,11 +171,9 @@ def _arrow(canvas: Canvas, view: _Projection, turn: Turn) -> None:
     for (x0, y0), (x1, y1) in itertools.pairwise(points):
         canvas.line(x0, y0, x1, y1)
         canvas.line(x0 + 1.0, y0, x1 + 1.0, y1)
-    (x0, y0), (x1, y1) = points[0], points[-1]
-    sector = round(math.degrees(math.atan2(y0 - y1, x1 - x0)) / 45.0)
     # the head hides no name of a face
     free = (point for point in reversed(points) if not canvas.written(*point))
-    canvas.letters(*next(free, (x1, y1)), ARROW_HEADS[sector % len(ARROW_HEADS)])
+    canvas.letters(*next(free, points[-1]), ARROW_HEADS[turn.sector])
 
 
 Place = Callable[[float, float], tuple[float, float]]

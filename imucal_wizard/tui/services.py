@@ -54,12 +54,15 @@ class Saved:
         says: the text to print when the app has closed.
         report: the fit that the file holds; None in tests that save nothing, and of a recheck.
         status: exit status of the program.
+        without: the sensors that the file does not have because they have no usable
+            calibration.
     """
 
     path: Path
     says: tuple[str, ...] = ()
     report: "FitReport | None" = None
     status: int = 0
+    without: tuple[str, ...] = ()
 
 
 class Services(Protocol):
@@ -293,6 +296,7 @@ class WizardServices:
             UsageError: the place cannot be written.
         """
         from imucal_wizard.report.calibration_record import described, from_report, judged, located
+        from imucal_wizard.report.device_history import not_in_file
         from imucal_wizard.report.text import summary
         from imucal_wizard.sessions.session_list import session_info
 
@@ -316,7 +320,8 @@ class WizardServices:
         measured = next(iter(self._measured), None)
         last = last_line(self.grades(report, diagnoses), report, path, measured)
         undone = [self.sources.undone] if self.sources.undone else []
-        return Saved(path, (said, *undone, *history, last), report)
+        without = not_in_file(made, report.rates, force=self._options.force)
+        return Saved(path, (said, *undone, *history, last), report, without=without)
 
     def grades(
         self, report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
@@ -336,13 +341,13 @@ class WizardServices:
             DataError: no sensor's calibration is usable.
         """
         from imucal_wizard.report.calibration_file import says_the_same
-        from imucal_wizard.report.device_history import save_in_history, saved_text
+        from imucal_wizard.report.device_history import not_in_file, save_in_history, saved_text
 
         force = self._options.force
         kept = made if force else made.usable_part()
         for path in numbered_names(self._first_name()) if given is None else (given,):
             if given is None and says_the_same(path, kept):
-                return path, [saved_text(made, path, force=force)]
+                return path, [saved_text(path, not_in_file(made, force=force))]
             if not path.exists() or says_the_same(path, kept, described=False):
                 break  # another name of the device is no other calibration
         folder, effects = self.sources.directory(), self._options.effects

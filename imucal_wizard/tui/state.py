@@ -119,6 +119,7 @@ class WizardState:
         diagnoses: of each sensor of the newest fit; empty until they are known.
         models: the bench as it was left, and the models that no file has.
         sensor: the sensor whose bench was open last.
+        answered: the bench of the source has shown what its model lacks; an exercise hides it.
         resume_bench: the bench has requested data and opens again after the next fit.
         saved: the saved calibration, or None.
         failure: why an unattended run could not go on, or None.
@@ -139,8 +140,10 @@ class WizardState:
         self.diagnoses: Mapping[str, Diagnosis] = {}
         self.models = BuiltModels()
         self.sensor = ""
+        self.answered = False
         self.resume_bench = False
         self.saved: Saved | None = None
+        self._filed: FitReport | None = None
         self.failure: ImucalError | None = None
         self.unwritten = ""
         self._rescued = False
@@ -175,7 +178,7 @@ class WizardState:
         self.drop()
         remember(f"source {type(source).__name__}")
         self.source, self.snapshot, self._heard = source, None, 0
-        self.resume_bench = False
+        self.resume_bench = self.answered = False
         self.models.forget()
         source.start()
 
@@ -254,6 +257,11 @@ class WizardState:
         return self.services.grades(self.result, self.diagnoses)
 
     @property
+    def hides_answer(self) -> bool:
+        """Whether the source is an exercise, and its bench hides the answer until a guess."""
+        return self.services.exercise and not self.answered
+
+    @property
     def good(self) -> bool | None:
         """Whether every sensor is good; None while there is no verdict."""
         grades = self.grades.values()
@@ -284,9 +292,11 @@ class WizardState:
                 models.open(benches, draft)
             return benches
 
-    def leave_bench(self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None") -> None:
+    def leave_bench(
+        self, sensor: str, asked: "tuple[MeasurementRequest, ...] | None", *, answered: bool
+    ) -> None:
         """Note the sensor whose bench was left, and measure what the bench has requested."""
-        self.sensor = sensor
+        self.sensor, self.answered = sensor, answered
         if asked:
             from imucal_wizard.measurement.requests import requests_to_text
 
@@ -301,7 +311,7 @@ class WizardState:
     def save(self, place: "Path | None" = None) -> Saved:
         """Write the calibration, with its verdicts and the bench's effects. Slow: use a thread.
 
-        An exercise that has no bench yet is saved without verdicts, which give it away.
+        An exercise whose answer is hidden is saved without verdicts, which give it away.
 
         Args:
             place: the file; None for the usual one.
@@ -312,7 +322,8 @@ class WizardState:
         assert self.report is not None, "saving follows the fit"  # noqa: S101 (narrows the type)
         benches = None
         with self.models.lock:
-            if self.models.benches is not None or not self.services.exercise:
+            opened = self.models.benches
+            if not self.hides_answer or (opened is not None and opened.changed({})):
                 with suppress(DataError):  # the data determine a fit, but no model to be judged
                     benches = self.bench()
             return self.services.save(self.report, benches, place)
@@ -330,12 +341,26 @@ class WizardState:
 
     def wrote(self, saved: Saved) -> None:
         """Note that the calibration is on disk."""
-        self.saved, self.result = saved, saved.report or self.result
+        self.saved, self.result, self._filed = saved, saved.report or self.result, self.report
 
     @property
     def unsaved(self) -> bool:
         """Whether the bench has another model than the saved file."""
         return self.saved is not None and bool(self.models.unsaved)
+
+    @property
+    def in_file(self) -> bool:
+        """Whether the saved file has the present fit with the present model."""
+        return self.saved is not None and self._filed is self.report and not self.models.unsaved
+
+    @property
+    def validated(self) -> bool:
+        """Whether the present fit has all new orientations that the validation asks for."""
+        if self.report is None or self.snapshot is None:
+            return False
+        skipped = (step for step, _ in self.snapshot.status.skipped)
+        taken = any(fit.validation for fit in self.report.sensors.values())
+        return taken and StepKind.VALIDATE not in skipped
 
     def recheck(self) -> "tuple[Recheck, Calibration]":
         """The verdict of a recheck. Slow: call it in a thread.

@@ -160,7 +160,13 @@ def test_other_axes_are_named_and_no_parameter_is_accused(
         assert one["verdict"] == ("no-go" if name in said else "go")
         assert said.get(name, "") in one["says"]
         assert not one["moved"]
-    assert found["says"].startswith("The readings do not have the axes of the calibration")
+    assert found["says"].startswith(
+        "The readings do not have the axes of the calibration. With the axes put right no sensor "
+        "disagrees, so no new calibration is needed: correct the columns"
+    )
+    for name, words in said.items():
+        differs = f"{name.capitalize()}: its axes differ from the calibration's: {words}."
+        assert differs in found["says"]
 
 
 def test_of_an_accelerometer_alone_other_axes_are_one_explanation(

@@ -70,6 +70,19 @@ def test_undo_after_the_last_hold_of_a_step_goes_back_to_it() -> None:
     assert machine.status().step is StepKind.POSES
 
 
+def test_a_skipped_step_stays_skipped_when_undo_leads_from_it_to_a_later_one() -> None:
+    """The last measurement is one of the poses; up/down is not done by that."""
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.command("skip")
+    machine.feed(device.hold("+x+y").taken())
+    machine.command("back")
+    assert machine.status().step is StepKind.UP_DOWN
+    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+X +Y was taken back."]
+    assert machine.status().step is StepKind.POSES
+    assert [kind for kind, _ in machine.status().skipped] == [StepKind.UP_DOWN]
+
+
 def test_undo_takes_back_the_last_rotation() -> None:
     device = Device()
     machine = machine_at(StepKind.ROTATIONS, device)

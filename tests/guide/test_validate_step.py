@@ -32,6 +32,20 @@ def test_new_orientations_go_to_the_validation_only_and_then_it_is_time_to_save(
     assert len(collected.rotations) == len(before.rotations)
 
 
+def test_what_is_saved_does_not_change_while_the_device_goes_on_resting() -> None:
+    """Saved twice it would make two files with slightly different errors."""
+    device, machine = validating()
+    machine.feed(device.poses(["+x+y+z", "-x+y+z", "-x-y+z", "-x-y-z"]).taken())
+    assert machine.status().step is StepKind.SAVE
+    before = [hold.end for hold in machine.collected().validation]
+    machine.feed(device.rest(5.0).taken())
+    machine.command("back")
+    machine.feed(device.rest(5.0).taken())
+    machine.command("skip")
+    assert machine.status().step is StepKind.SAVE
+    assert [hold.end for hold in machine.collected().validation] == before
+
+
 def test_what_was_said_before_the_result_is_not_said_of_the_validation() -> None:
     _, machine = validating()
     assert machine.status().last_event is None

@@ -112,6 +112,33 @@ def test_a_device_that_goes_away_in_a_hold_loses_nothing_and_is_found_again(
     back.unplug()
 
 
+def test_a_device_that_goes_away_while_it_settles_is_told_that_this_begins_again(
+    tmp_path: Path, pty: Pty, run: Run
+) -> None:
+    """Settling is one rest; the part before the gap is not kept."""
+    name = tmp_path / "device"
+    engine = Engine(settings=settings())
+    engine.command("start")
+    reader = run(Reader(Pump(Transport(link(name, pty.path))), engine))
+    wait_for(lambda: reader.snapshot().stream.connected)
+    _print(pty, 500)
+    wait_for(lambda: reader.snapshot().status.progress[0] > 3.0)
+    name.unlink()
+    pty.unplug()
+    wait_for(lambda: EventKind.LINK_LOST in _kinds(reader))
+    assert "all measurements" not in reader.snapshot().stream.problem
+    assert "an unfinished one begins again" in reader.snapshot().stream.problem
+    assert reader.snapshot().status.progress[0] == 0.0
+    back = Pty()
+    link(name, back.path)
+    wait_for(lambda: EventKind.LINK_BACK in _kinds(reader))
+    _print(back, 300, first=2000)
+    wait_for(lambda: reader.snapshot().stream.samples >= 799)
+    wait_for(lambda: reader.snapshot().status.progress[0] > 2.0)
+    assert reader.snapshot().status.progress[0] <= 3.0
+    back.unplug()
+
+
 def test_a_port_that_is_not_there_yet_is_waited_for(tmp_path: Path, pty: Pty, run: Run) -> None:
     name = tmp_path / "device"
     reader = run(Reader(Pump(Transport(str(name))), Engine()))

@@ -2,6 +2,7 @@
 
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -18,6 +19,7 @@ from imucal_wizard.guide.state import Status
 from imucal_wizard.model.effects.second_order import SecondOrder
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.screens.bench import BenchScreen
+from imucal_wizard.tui.services import Saved
 from tests.model.restless import restless
 from tests.tui import fakes
 from tests.tui.bench_steps import app_with, open_from_wizard, ranked
@@ -257,6 +259,38 @@ async def test_an_exercise_opens_with_nothing_told(benches: Benches) -> None:
         assert "what the data say" not in seen(pilot)
         await pilot.press("p")
         await shows(pilot, "<0.003", "▸ second-order")
+
+
+async def test_an_exercise_that_is_opened_again_hides_its_answer_until_it_was_shown(
+    bent: FitReport,
+) -> None:
+    written: list[Benches | None] = []
+    source = fakes.FakeSource(Status(step=StepKind.RESULT, elapsed=600.0, holds=24))
+    plain = fakes.services(source)
+
+    def save(fitted: FitReport, benches: Benches | None, place: Path | None) -> Saved:
+        written.append(benches)
+        return plain.save(fitted, benches, place)
+
+    services = replace(plain, fit=lambda _collected, _snapshot: bent, save=save, exercise=True)
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        for _ in range(2):
+            await open_from_wizard(pilot)
+            text = await shows(pilot, "Predict first", "▸ asymmetry")
+            assert "issing:" not in text
+            assert "second-order (" not in text
+            await pilot.press("escape")
+            await shows(pilot, "▸RESULT")
+        app.state.save()
+        assert written == [None], "verdicts give the answer away"
+        await pilot.press("f")
+        await shows(pilot, "▸ asymmetry")
+        await pilot.press("p")
+        await shows(pilot, "▸ second-order")
+        await pilot.press("escape")
+        await open_from_wizard(pilot)
+        await shows(pilot, "▸ second-order")
 
 
 async def test_nothing_is_told_of_a_model_that_is_being_fitted(

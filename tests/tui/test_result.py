@@ -1,5 +1,6 @@
 """The result, its table, the validation and the place where it is saved."""
 
+import re
 import threading
 import time
 from dataclasses import replace
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from imucal_wizard.api import load
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
@@ -17,11 +19,11 @@ from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
-from imucal_wizard.tui.options import AppSettings
+from imucal_wizard.tui.options import AppSettings, WizardOptions
 from imucal_wizard.tui.panels.report import fit_summary
 from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.result import SaveScreen
-from imucal_wizard.tui.services import Saved
+from imucal_wizard.tui.services import Saved, WizardServices
 from imucal_wizard.tui.sounds import Sounds
 from imucal_wizard.tui.widgets.big_text import BigText, dots, half_blocks
 from tests.tui import fakes
@@ -122,6 +124,65 @@ async def test_the_validation_begins_by_itself_after_the_countdown() -> None:
     async with app.run_test(size=USUAL) as pilot:
         await until(pilot, lambda: ("validate", "") in source.commands)
         await shows(pilot, "▸VALIDATE")
+
+
+def asked(text: str) -> list[str]:
+    """The keys that the page tells the operator to press; the footer has no colons."""
+    return re.findall(r"(?:^|\s)([a-z]): ", text, re.MULTILINE)
+
+
+def worse_than_none() -> FitReport:
+    """A fit whose accelerometer is not usable."""
+    found = fakes.report()
+    worse = replace(found.sensors["accelerometer"], rms_held_out=0.5)
+    return replace(found, sensors={**found.sensors, "accelerometer": worse})
+
+
+@pytest.mark.parametrize(
+    ("found", "gyroscope", "ended", "keys", "words"),
+    [
+        (fakes.report(), Verdict.COMPLETE, False, ["v", "s"], "v: validate with a few new poses"),
+        (fakes.report(), Verdict.COMPLETE, True, ["s"], "The recording has ended. s: save"),
+        (fakes.report(True), Verdict.COMPLETE, False, ["s"], "s: save"),
+        (fakes.report(), Verdict.UNEXPLAINED, False, ["f"], "f: find out more"),
+        (worse_than_none(), Verdict.UNEXPLAINED, False, ["b"], "b: back, to measure more"),
+        (worse_than_none(), Verdict.COMPLETE, True, [], "The recording has ended: record again"),
+    ],
+)
+async def test_a_result_has_one_instruction(
+    found: FitReport, gyroscope: Verdict, ended: bool, keys: list[str], words: str
+) -> None:
+    """That of its worst sensor; a good one has two ways to the file."""
+    source = fakes.FakeSource(RESULT)
+    source.finished = ended
+    services = replace(
+        fakes.services(source),
+        fit=lambda _collected, _snapshot: found,
+        diagnose=lambda _benches: fakes.diagnoses(gyroscope),
+    )
+    app = WizardApp(services, AppSettings(countdown=60.0), VIRTUAL)
+    async with app.run_test(size=LARGE) as pilot:
+        await until(pilot, lambda: bool(app.state.grades))
+        await pilot.press("home")
+        assert asked(await shows(pilot, f" {words}")) == keys
+
+
+@pytest.mark.parametrize(
+    ("validated", "words"),
+    [(True, "The calibration is saved. q: quit"), (False, "v: validate with a few new poses")],
+)
+async def test_a_result_that_is_in_the_file_is_not_asked_to_be_saved(
+    validated: bool, words: str
+) -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    services = replace(all_good(source), fit=lambda _collected, _snapshot: fakes.report(validated))
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        await shows(pilot, "✓ calibration.json")
+        await until(pilot, lambda: bool(app.state.grades))
+        source.say(RESULT)
+        text = await shows(pilot, "▸RESULT", words)
+        assert len(asked(text)) == 1
 
 
 async def test_a_device_that_is_unplugged_at_the_result_is_told_and_waited_for() -> None:
@@ -238,7 +299,8 @@ async def test_where_there_is_nothing_to_save_no_key_is_offered_that_needs_a_fit
     source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
     services = replace(fakes.services(source), fit=refuse)
     async with WizardApp(services, None, VIRTUAL).run_test(size=USUAL) as pilot:
-        text = await shows(pilot, "not saved: 4 holds do not determine a fit", "b back")
+        text = await shows(pilot, "not saved: 4 holds do not determine a fit", "b back", "–Result")
+        assert "s save" not in text
         assert "find what is missing" not in text
         assert "parameters" not in text
         await pilot.press("f", "t")
@@ -260,8 +322,29 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         screen = app.screen
         assert isinstance(screen, SaveScreen)
         screen.save()
-        text = await shows(pilot, "not saved: the disk is full", "t table")
+        text = await shows(pilot, "not saved: the disk is full", "t table", "s save")
         assert "a.json" not in text
+
+
+@pytest.mark.parametrize("size", [USUAL, LARGE])
+async def test_a_sensor_that_is_not_in_the_file_is_named_beside_saved(
+    size: tuple[int, int], tmp_path: Path
+) -> None:
+    """Its calibration is worse than none; the file is really written."""
+    bad = worse_than_none()
+    writer = WizardServices(WizardOptions(save=tmp_path / "a.json", sessions=tmp_path))
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+    services = replace(
+        fakes.services(source),
+        fit=lambda _collected, _snapshot: bad,
+        save=lambda fitted, _benches, place: writer.save(fitted, None, place),
+    )
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=size) as pilot:
+        await shows(pilot, "✓ ", "▲ The accelerometer is not in this file")
+        assert "The gyroscope is not" not in seen(pilot)
+        assert app.screen.query_one(BigText).text == "SAVED"
+    assert set(load(tmp_path / "a.json").sensors) == {"gyroscope"}
 
 
 async def test_a_file_that_is_being_written_is_not_called_saved() -> None:

@@ -86,14 +86,14 @@ def fit_summary(
 def grade_parts(
     graded: Graded, report: FitReport, diagnoses: Mapping[str, Diagnosis]
 ) -> Iterator[RenderableType]:
-    """A sensor's grade in block letters, its errors beside it; below, what to do if not good.
+    """A sensor's grade in block letters, its errors beside it; below, why it is not good.
 
     Args:
         graded: the grade.
         report: the fit.
         diagnoses: of each sensor.
     """
-    style, sign, key = _GRADES[graded.grade]
+    style, sign = _GRADES[graded.grade]
     fit, diagnosis = report.sensors.get(graded.sensor), diagnoses.get(graded.sensor)
     beside = [Text(graded.sensor, "bold")]
     if fit is not None:
@@ -106,37 +106,53 @@ def grade_parts(
     table.add_column(no_wrap=True)
     table.add_row(Text("\n".join(word), STYLES[style]), Text("\n").join(beside))
     yield table
-    if key:
-        yield _marked(sign, f"{graded.why}.  {key}", style)
+    if graded.grade is not Grade.GOOD:
+        yield _marked(sign, f"{graded.why}".rstrip(".") + ".", style)
 
 
 _GRADES = {
-    Grade.GOOD: ("good", "✓", ""),
-    Grade.DOUBTFUL: ("warn", "▲", "f: find out more"),
-    Grade.NOT_USABLE: ("bad", "▲", "b: back, to measure more"),
+    Grade.GOOD: ("good", "✓"),
+    Grade.DOUBTFUL: ("warn", "▲"),
+    Grade.NOT_USABLE: ("bad", "▲"),
 }
-"""Style and sign of a grade, and the key that leads to what to do."""
+"""Style and sign of a grade."""
 
 
-def bench_rows(report: FitReport | None, width: int, *, saved: bool) -> list[Line]:
+def way_on(grades: Mapping[str, Graded], *, ended: bool) -> str:
+    """The one key for sensors that are not all good, by the worst of them; "" if all are good.
+
+    Args:
+        grades: of each sensor.
+        ended: the recording has ended, so that nothing more can be measured.
+    """
+    found = {one.grade for one in grades.values()}
+    if Grade.NOT_USABLE not in found:
+        return "f: find out more" if Grade.DOUBTFUL in found else ""
+    return "The recording has ended: record again" if ended else "b: back, to measure more"
+
+
+def bench_rows(
+    report: FitReport | None, width: int, unsaved: str, without: Sequence[str] = ()
+) -> list[Line]:
     """A row for each sensor to whose model the bench has added effects.
 
     Args:
         report: the fit with them, or None.
         width: columns there are.
-        saved: the saved file has them.
+        unsaved: the models that no file has, in words; "" if there are none.
+        without: the sensors that the file does not have.
     """
     rows: list[Line] = []
     for name, fit in (report.sensors if report is not None else {}).items():
         if fit.terms:
             terms = " + ".join(term.name for term in fit.terms)
-            words = f"from the bench: {name} + {terms}; {'saved' if saved else 'not saved yet'}"
-            rows += wrapped(
-                f"{'✓' if saved else '▸'} {words}",
-                width,
-                "good" if saved else "accent",
-                indent="  ",
-            )
+            sign, saved, style = "✓", "saved", "good"
+            if unsaved:
+                sign, saved, style = "▸", "not saved yet", "accent"
+            elif name in without:
+                sign, saved, style = "▲", "not usable, so not in the file", "bad"
+            words = f"{sign} from the bench: {name} + {terms}; {saved}"
+            rows += wrapped(words, width, style, indent="  ")
     return rows
 
 

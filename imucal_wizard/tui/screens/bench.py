@@ -17,6 +17,7 @@ from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.formula import FormulaEffect
+from imucal_wizard.report.device_history import saved_text
 from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
@@ -347,7 +348,8 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         except ImucalError as error:
             self.note = (f"▲ not saved: {error}", "bad")
         else:
-            self.note = (f"✓ saved: {saved.path}", "good")
+            style = "warn" if saved.without else "good"
+            self.note = (f"✓ {saved_text(saved.path, saved.without)}", style)
         self.busy = ""
         self.redraw()
 

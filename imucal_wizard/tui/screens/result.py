@@ -17,7 +17,7 @@ from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.tui.panels.preview import interrupted
-from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table
+from imucal_wizard.tui.panels.report import bench_rows, fit_summary, parameter_table, way_on
 from imucal_wizard.tui.screens.base import Failed, LiveScreen
 from imucal_wizard.tui.screens.bench import BenchScreen
 from imucal_wizard.tui.screens.export import ExportScreen
@@ -110,7 +110,8 @@ class FitScreen(LiveScreen):
 
     def news(self, width: int) -> list[Line]:
         """The present state."""
-        rows = bench_rows(self.state.result, width, saved=not self.state.models.unsaved)
+        without = self.state.saved.without if self.state.saved is not None else ()
+        rows = bench_rows(self.state.result, width, self.state.models.unsaved, without)
         if self.state.report is not None and not self.state.diagnoses:
             exercise = self.state.services.exercise
             words = "An exercise: find out what the model lacks." if exercise else _DIAGNOSING
@@ -135,13 +136,12 @@ class FitScreen(LiveScreen):
         """Open the bench, first on a sensor whose model lacks something."""
         state = self.state
         if state.report is not None:
-            predict = state.services.exercise and not state.sensor
             lacking = (name for name, one in state.diagnoses.items() if not one.settled)
             sensor = state.sensor or next(lacking, "")
-            screen = BenchScreen(state.bench, sensor, live=state.live, predict=predict)
+            screen = BenchScreen(state.bench, sensor, live=state.live, predict=state.hides_answer)
 
             def leave(asked: tuple[MeasurementRequest, ...] | None) -> None:
-                state.leave_bench(screen.sensor, asked)
+                state.leave_bench(screen.sensor, asked, answered=not screen.selection.hidden)
                 if not asked:
                     self.diagnose()
 
@@ -313,25 +313,39 @@ class ResultScreen(FitScreen):
         return interrupted(snapshot.stream)
 
     def _tell_next(self) -> None:
-        text, ended = "", self.state.ended
-        missing = self._missing if self.state.report is not None else ""
-        if missing:
-            text = f"▲ {missing}: validation needs the device   s: save without validation"
-        elif self._deadline is not None:
+        text = self._next()
+        self.lines("next").show([line(f" {text}", "bad" if text.startswith("▲") else "accent")])
+
+    def _next(self) -> str:
+        """What to do next, or what follows by itself; "" while that is not known."""
+        state, ended = self.state, self.state.ended
+        if state.report is None:
+            return ""
+        if self._deadline is not None and not self._missing:
             left = max(0, math.ceil(self._deadline - time.monotonic()))
             what = "saving" if ended else "validation with a few new poses"
-            text = f"{what} begins by itself in {left} s; any key stops it"
-        elif self.state.report is not None:
-            text = "v: validate with a few new poses   s: save without validation"
-            text = "The recording has ended. s: save" if ended else text
-        self.lines("next").show([line(f" {text}", "bad" if missing else "accent")])
+            return f"{what} begins by itself in {left} s; any key stops it"
+        if state.hides_answer:
+            return "f: open the bench"
+        if not (state.grades or state.services.exercise):
+            return ""  # the page says what is awaited
+        if words := way_on(state.grades, ended=ended):
+            return words
+        if ended or state.validated:
+            if state.in_file:
+                return "The calibration is saved. q: quit"
+            return "The recording has ended. s: save" if ended else "s: save"
+        save = "" if state.in_file else "   s: save without validation"
+        if self._missing:
+            return f"▲ {self._missing}: validation needs the device{save}"
+        return f"v: validate with a few new poses{save}"
 
 
 class SaveScreen(FitScreen):
     """Fits again with the validation and saves."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("s", "save_again", "save again", tooltip="saves the model as it is now"),
+        Binding("s", "save_again", "save", tooltip="saves the model as it is now"),
         Binding("x", "export", "export", tooltip="writes the calibration for another program"),
         Binding("d", "describe", "device", tooltip="names device, place and operator in the file"),
     ]
@@ -371,20 +385,24 @@ class SaveScreen(FitScreen):
         self._writing -= 1
         if being_left(self):
             return
-        word = ("NOT SAVED", "bad") if self.problem else ("SAVED", "good")
+        in_part = state.saved is not None and bool(state.saved.without)
+        word = ("SAVED", "warn") if in_part else ("SAVED", "good")
+        word = ("NOT SAVED", "bad") if self.problem else word
         self.query_one(BigText).say(*word)
         self.refresh_page()
+        if self.without_result and state.snapshot is not None:
+            self.take(state.snapshot)  # the row of steps; a source that has ended gives no other
         if state.settings.quit_after and not self.problem:
             await self.run_action("app.quit")
         elif state.report is not None:
             self.diagnose()
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """Enable saving again only for another model."""
+        """Enable saving again only for another model, or after a failure."""
         if action in ("export", "describe"):
             return self.state.saved is not None and not self.problem
         if action == "save_again":
-            return self.state.unsaved or bool(self.problem)
+            return self.state.unsaved or (bool(self.problem) and self.state.report is not None)
         return super().check_action(action, parameters)
 
     @property
@@ -408,6 +426,9 @@ class SaveScreen(FitScreen):
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
         elif saved is not None and not self._writing:
             rows = wrapped(f"✓ {saved.path}", width, "good", indent="  ")
+            for name in saved.without:
+                words = f"▲ The {name} is not in this file: it has no usable calibration."
+                rows += wrapped(words, width, "bad", indent="  ")
             device = self.state.services.description.named
             known = (
                 f"device: {device}" if device else "no device name; d: give one, for its history"
@@ -416,4 +437,6 @@ class SaveScreen(FitScreen):
             if self.state.unsaved:
                 words = "▲ The model of the bench differs from this file: s saves it."
                 rows += wrapped(words, width, "warn", indent="  ")
+            elif words := way_on(self.state.grades, ended=self.state.ended):
+                rows += wrapped(f"▸ {words}", width, "accent", indent="  ")
         return [*rows, *super().news(width), line("")]
