@@ -32,7 +32,7 @@ from imucal_wizard.diagnose.residuals import (
     whitened_rows,
 )
 from imucal_wizard.diagnose.suspects import MAX_LINEAR, MIN_ODDS_SETTLED, Suspect, rank
-from imucal_wizard.diagnose.unknown_structure import CHANGING_AXES
+from imucal_wizard.diagnose.unknown_structure import CHANGING_AXES, USUAL_MISFIT
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict, judge_misfit, unconfirmed
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import (
@@ -342,8 +342,10 @@ class Bench:
             hearing = None if self.referee is None else partial(self._hearing, suspects, {})
             lack = misfit.lack_of_fit()
             opinion = judge_misfit(misfit, hypotheses, posterior, hearing, lack)
-            # one effect that leaves only noise cannot have given a name to its own square
-            if lack.ratio > MAX_LINEAR and not opinion.one_effect:
+            # one effect that leaves only noise cannot have given a name to its own square; of a
+            # misfit far above the noise, what it leaves is small, but far above the noise as well
+            noise_is_left = opinion.one_effect and lack.ratio <= USUAL_MISFIT
+            if lack.ratio > MAX_LINEAR and not noise_is_left:
                 judged = self._at_the_likeliest(misfit, hypotheses, posterior, shown)
                 opinion = judge_misfit(*judged, hearing, lack)
             suspects = _with_splits(suspects, opinion.heard)

@@ -73,12 +73,13 @@ def floors_of(extended: SensorFit, rounding: Rounding | None = None) -> Floors:
     table = extended.rows
     assert table is not None  # noqa: S101 (narrows the type)
     rest = rows_at_rest(table)
-    square, slow = float("nan"), 0.0
+    within, slow = float("nan"), 0.0
     if rest.any():
-        square = float(np.mean(table.floor[rest] ** 2))
+        # the first hold, whose pose before nobody knows, has no more noise within than the others
+        within = float(np.mean((table.floor**2 - table.slow - table.not_shown)[rest]))
         slow = float(np.mean(table.slow[rest]))
     return Floors(
-        within=float(np.sqrt(square - slow)),
+        within=float(np.sqrt(within)),
         slow=float(np.sqrt(slow)),
         rounding=None if rounding is None else rounding.error,
         dithered=rounding is None or rounding.dithered,

@@ -16,7 +16,7 @@ import numpy as np
 from imucal_wizard.core.poses import AXES, DIRECTIONS
 from imucal_wizard.core.readings import FloatArray, distinct
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median, sample_quantile
+from imucal_wizard.core.statistics import median, root_mean_square, sample_quantile
 from imucal_wizard.diagnose.hypotheses import PRIOR, UNKNOWN, Hypothesis
 from imucal_wizard.diagnose.random_walk import Frame, shown_axes, usual_errors
 from imucal_wizard.diagnose.residuals import RowKind, WhitenedResiduals
@@ -29,6 +29,9 @@ LENGTHS = (0.22, 0.4)
 """Lengths over which it changes, rad on the sphere, or g or the largest rate along an axis."""
 SIZES = (1.5, 5.0, 16.0, 64.0, 256.0)
 """Its size in noise standard deviations."""
+USUAL_MISFIT = 100.0
+"""Misfit, rms in units of the noise, up to which these sizes, and those of jumps, suffice. Data
+without noise have a larger one."""
 WAVES = tuple(np.linspace(3.5, 12.0, 12))
 """Wave numbers of a rippled characteristic, rad per g or per largest rate."""
 SHARES = {
@@ -91,7 +94,7 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
     seen = misfit.kind != RowKind.ROTATION
     up = np.where(seen[:, None], misfit.direction, 0.0)
     shown = shown_axes(misfit)
-    errors = usual_errors(misfit, frame)
+    errors = usual_errors(misfit, frame) * _reach(misfit)
     apart = np.where(misfit.kind == RowKind.DIP, 3, misfit.axis)
     groups = [seen & (apart == axis) for axis in distinct(apart[seen])]
     made = []
@@ -112,6 +115,11 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
             courses = [one.of(partial(_smooth, length=length)) for length in LENGTHS]
             made += [_unknown(one.parameter, prior, course) for course in courses]
     return made
+
+
+def _reach(misfit: WhitenedResiduals) -> float:
+    """Factor on all sizes: structure must be able to explain a misfit that effects can explain."""
+    return max(root_mean_square(misfit.residual) / USUAL_MISFIT, 1.0)
 
 
 def _of_axes(axes: Sequence[Characteristic]) -> list[Hypothesis]:

@@ -52,8 +52,8 @@ def find_holds(
     """The holds under the limit from which the best calibration follows.
 
     Returns:
-        The holds, the steps of the readings, and the rests in which the gyroscope reads another
-        mean than in the holds, see ``rests_apart``.
+        The holds, the resolution of the readings, and the rests in which the gyroscope reads
+        another mean than in the holds, see ``rests_apart``.
     """
     stream = reduce_recording(readings)
     if stream is None:

@@ -38,12 +38,18 @@ from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
 from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.estimate.rounded import Steps, rounding_warnings, steps_in, with_rounding
+from imucal_wizard.estimate.rounded import (
+    Steps,
+    resolution_in,
+    rounding_warnings,
+    steps_in,
+    with_rounding,
+)
 from imucal_wizard.measurement.blocks import rest_in_words
 from imucal_wizard.measurement.clipping import axes_without_noise, partly_clipped
 from imucal_wizard.measurement.data_quality import inertial_sensors
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
-from imucal_wizard.measurement.rounding import in_steps
+from imucal_wizard.measurement.rounding import in_steps, rounding_step
 from imucal_wizard.measurement.segmentation import reduce_recording, rotations_between
 from imucal_wizard.model.effect import ACCELEROMETER
 
@@ -147,8 +153,8 @@ def _are_positions(values: FloatArray) -> bool:
 
 
 def _found(readings: Readings, options: FitOptions) -> FitReport:
-    holds, steps, apart = find_holds(_without(readings, options.left_out), options.gravity)
-    silent, wrong = _at_ends(holds, steps, readings)
+    holds, resolution, apart = find_holds(_without(readings, options.left_out), options.gravity)
+    silent, wrong = _at_ends(holds, resolution, readings)
     holds = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
     _check(holds, readings.accelerometer.rate)
     readings, alone = _with_gyroscope_of(holds, readings)
@@ -160,7 +166,7 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     rates = {"accelerometer": readings.accelerometer.rate}
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
-    units = _units(readings)
+    units, steps = _units(readings), (rounding_step(readings.accelerometer.values), resolution[1])
     on_table = options.rates or options.turns
     warnings = (
         *readings.warnings,
@@ -187,10 +193,10 @@ def _with_gyroscope_of(holds: Sequence[Hold], readings: Readings) -> tuple[Readi
 
 
 def _at_ends(
-    holds: Sequence[Hold], steps: Steps, readings: Readings | None
+    holds: Sequence[Hold], resolution: Steps, readings: Readings | None
 ) -> tuple[list[Notice], BoolArray]:
     """Warnings about holds at the end of the accelerometer's range, and which they are, (h,)."""
-    silent, wrong = axes_without_noise(holds, steps[0])
+    silent, wrong = axes_without_noise(holds, resolution[0])
     if readings is None or not len(readings):
         return silent, wrong
     left = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
@@ -386,8 +392,9 @@ def _held(
     Raises:
         DataError: the holds do not determine a calibration.
     """
-    steps = steps_in(collected)
-    silent, wrong = _at_ends(collected.holds, steps, readings)
+    resolution = resolution_in(collected)
+    steps = steps_in(collected, resolution, readings)
+    silent, wrong = _at_ends(collected.holds, resolution, readings)
     holds = [hold for hold, out in zip(collected.holds, wrong, strict=True) if not out]
     gone = {hold.start for hold, out in zip(collected.holds, wrong, strict=True) if out}
     return fit_holds(

@@ -7,7 +7,7 @@ import numpy as np
 
 from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.quantities import quantity
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.core.statistics import median
 from imucal_wizard.measurement.data_quality import finer_steps
 from imucal_wizard.measurement.holds import Collected, Hold, Rotation
@@ -16,6 +16,7 @@ from imucal_wizard.measurement.rounding import (
     in_steps,
     noise_at_one_place,
     resolution_of,
+    rounding_step,
     rounding_variance,
     shift_at_places,
     variance_before_rounding,
@@ -29,19 +30,37 @@ Steps = tuple[FloatArray, FloatArray | None]
 """Smallest step of each accelerometer and gyroscope axis."""
 
 
-def steps_in(collected: Collected) -> Steps:
-    """The steps of the readings where only those of the rotations were kept, if any.
+def resolution_in(collected: Collected) -> Steps:
+    """The resolution of the readings where only those of the rotations were kept, if any.
 
-    Without rotations the smallest ones that were ever seen, which one odd sample may make smaller.
+    Without rotations the smallest steps that were ever seen, which one odd sample may make smaller.
     """
     rotations = collected.rotations
     if not rotations and collected.steps is not None:
         return collected.steps
-    forces = [one.accelerometer for one in rotations if one.accelerometer is not None]
+    forces = _forces_of(rotations)
     return (
         resolution_of(np.concatenate(forces)) if forces else np.zeros(3),
         rate_step(rotations) if rotations else None,
     )
+
+
+def steps_in(collected: Collected, resolution: Steps, readings: Readings | None = None) -> Steps:
+    """The steps of the readings, 0 on axes of the accelerometer where they have none.
+
+    Args:
+        collected: what was measured.
+        resolution: of its readings.
+        readings: all samples, where they are at hand and no rotation has kept any.
+    """
+    forces = _forces_of(collected.rotations)
+    if not forces and readings is not None and len(readings):
+        forces = [readings.accelerometer.values]
+    return (rounding_step(np.concatenate(forces)) if forces else resolution[0]), resolution[1]
+
+
+def _forces_of(rotations: Sequence[Rotation]) -> list[FloatArray]:
+    return [one.accelerometer for one in rotations if one.accelerometer is not None]
 
 
 def with_rounding(holds: Sequence[Hold], steps: Steps) -> list[Hold]:

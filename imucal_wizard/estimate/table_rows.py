@@ -10,7 +10,7 @@ from imucal_wizard.estimate.gyroscope import MIN_CLOSING_NOISE
 from imucal_wizard.estimate.noise import rest_of
 from imucal_wizard.estimate.rounded import shift_of_means
 from imucal_wizard.estimate.table_steps import TableData, one_sense
-from imucal_wizard.measurement.rounding import resolution_of
+from imucal_wizard.measurement.rounding import rounding_step
 from imucal_wizard.model.effect import Circumstances
 from imucal_wizard.model.rows.known_rotation import KnownRotation
 from imucal_wizard.model.rows.source import Parameters, RowLabels
@@ -78,7 +78,7 @@ def _noise(
     of_turns = [k for k, one in enumerate(data.turned) if one.hold is None]
     if of_steps:
         holds = [one.hold for one in data.turned if one.hold is not None]
-        shifts = shift_of_means(holds, resolution_of(series.values))
+        shifts = shift_of_means(holds, rounding_step(series.values))
         shift = start.matrix**2 @ shifts.mean(axis=0)
         variance = rest_of(holds, start.matrix).mean + shift
         out[of_steps] = (axis[of_steps] ** 2 * variance).sum(axis=1) * seconds[of_steps] ** 2

@@ -17,6 +17,14 @@ MIN_STEP_SHARE = 0.02
 FEW_STEPS, STEP_TOLERANCE = 20.0, 0.1
 """Changes by fewer steps than the first show the step; by chance, a fifth of them would be a
 multiple of it within the second."""
+MIN_EVEN_SHARE = 0.9
+"""Share of the distances between readings that are multiples of their step within the tolerance:
+half of them are by chance where the readings are multiples of half the step."""
+NEGLIGIBLE_STEP = 3e-7
+"""Step over the largest reading, below which rounding is less than the least noise of a hold."""
+EQUAL_READINGS = 1e-8
+"""Difference over the largest reading that is none: double numbers that should be equal differ by
+less after many steps of Euclid's algorithm."""
 STEP_RANGE = 1e-150, 1e150
 """Steps whose squares are finite and not zero; no sensor has others."""
 FINE_RATIO = 1e6
@@ -76,6 +84,58 @@ def in_steps(values: FloatArray, steps: FloatArray) -> bool:
         ratio = changes[:, steps > 0.0] / steps[steps > 0.0]
     few = ratio[(ratio > 0.0) & (ratio < FEW_STEPS)]
     return not len(few) or bool(np.mean(np.abs(few - np.round(few)) < STEP_TOLERANCE) > 0.5)
+
+
+def rounding_step(values: FloatArray) -> FloatArray:
+    """Step of each axis by which rounding shifts averages, shape (axes,); 0 where it shifts none.
+
+    Coarse readings change by whole multiples of their resolution. Others may still be multiples of
+    a smaller step: readings of few digits, which change by many steps at a time in motion and
+    hardly ever at rest. Otherwise the smallest change is no step, even if the readings are constant
+    at rest, and it says nothing about averages.
+
+    Args:
+        values: readings in order of time, shape (n, axes).
+    """
+    steps = resolution_of(values)
+    for axis in np.flatnonzero(steps > 0.0):
+        column = values[:, axis : axis + 1]
+        if not in_steps(column, steps[axis : axis + 1]):
+            known = column[np.abs(column) < STEP_RANGE[1]]
+            steps[axis] = _even_step(known) or _common_step(known)
+    return steps
+
+
+def _even_step(values: FloatArray) -> float:
+    """The step of readings whose codes were printed with few digits; 0 if they lie in no steps.
+
+    Such codes are not exactly even, so that the smallest distance is not the step.
+    """
+    apart = np.diff(distinct(values))
+    if not len(apart):
+        return 0.0
+    step = float(apart[apart < 1.5 * apart.min()].mean())
+    steps = np.round(apart / step)
+    step = float(apart.sum() / steps.sum())
+    off = np.abs(apart - step * steps)
+    even = np.mean(off < STEP_TOLERANCE * step) > MIN_EVEN_SHARE
+    return step if even and step > NEGLIGIBLE_STEP * float(np.abs(values).max()) else 0.0
+
+
+def _common_step(values: FloatArray) -> float:
+    """The largest step of which all distances between readings are multiples; 0 if negligible.
+
+    Euclid's algorithm for all distances at once: what the smallest of them leaves of the others is
+    the next one.
+    """
+    largest = float(np.abs(values).max(initial=0.0))
+    left, step = np.diff(distinct(values)), 0.0
+    left = left[left > EQUAL_READINGS * largest]
+    while len(left):
+        distances, step = np.append(left, step), float(left.min())
+        left = np.abs(distances - step * np.round(distances / step))
+        left = left[left > EQUAL_READINGS * largest]
+    return step if step > NEGLIGIBLE_STEP * largest else 0.0
 
 
 def _step(changes: FloatArray) -> float:

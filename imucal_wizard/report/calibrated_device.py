@@ -57,12 +57,13 @@ from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.rate_table import find_table
-from imucal_wizard.estimate.rounded import steps_in, with_rounding
+from imucal_wizard.estimate.rounded import resolution_in, steps_in, with_rounding
 from imucal_wizard.estimate.surroundings import circumstances_of
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.guide.steps.recheck import Proposal
 from imucal_wizard.measurement.clipping import axes_without_noise
 from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.measurement.rounding import rounding_step
 from imucal_wizard.measurement.segmentation import rotations_between
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.effect import (
@@ -469,7 +470,8 @@ def recheck_data(
         seconds: duration, s.
         readings: the recording, where it is at hand.
     """
-    holds = with_rounding(collected.holds, steps_in(collected))
+    steps = steps_in(collected, resolution_in(collected), readings)
+    holds = with_rounding(collected.holds, steps)
     return RecheckData(holds, collected.rotations, seconds, readings)
 
 
@@ -494,12 +496,12 @@ def recheck_readings(known: CalibratedDevice, readings: Readings) -> Recheck:
         return _recheck_on_table(known, readings)
     if not len(readings):
         raise DataError("the recording has no accelerometer: a recheck needs gravity")
-    holds, steps, _ = find_holds(readings, known.criteria.gravity)
+    holds, resolution, _ = find_holds(readings, known.criteria.gravity)
     time = readings.accelerometer.time
-    wrong, _ = axes_without_noise(holds, steps[0])
+    wrong, _ = axes_without_noise(holds, resolution[0])
     if wrong:
         return unreadable_recheck(known, "; ".join(wrong), float(time[-1] - time[0]))
-    holds = with_rounding(holds, steps)
+    holds = with_rounding(holds, (rounding_step(readings.accelerometer.values), resolution[1]))
     turned = readings.gyroscope
     rotations = [] if turned is None else rotations_between(holds, turned, readings.accelerometer)
     return known.recheck(RecheckData(holds, rotations, float(time[-1] - time[0]), readings), units)

@@ -94,3 +94,14 @@ def test_the_floor_of_rates_at_rest_is_a_rate(report: FitReport) -> None:
     fit = report.sensors["accelerometer"]
     for unit, shown in (("rad", "rad/s"), ("rad/s", "rad/s"), ("m/s^2", "m/s^2")):
         assert floors_of(replace(fit, unit=unit)).unit == shown
+
+
+def test_the_pose_before_the_first_hold_is_no_noise_within_it() -> None:
+    """An effect of the pose before may have moved the first hold by any share of its size."""
+    bench = Benches(*fitted("hysteresis:4:z", poses="26+repeats", seed=6)).accelerometer
+    before = bench.ladder[-1].floors.within
+    bench.add("hysteresis")
+    after, table = bench.ladder[-1].floors.within, bench.fit.rows
+    assert table is not None
+    assert table.floor.max() > 5.0 * before
+    assert after == pytest.approx(before, rel=0.02)

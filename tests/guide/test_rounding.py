@@ -1,5 +1,7 @@
 """What the steps of readings do to averages, against readings that are truly rounded."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from imucal_wizard.measurement.rounding import (
     resolution_of,
     rounding_covariance,
     rounding_noise,
+    rounding_step,
     rounding_variance,
     shift_at_places,
     variance_before_rounding,
@@ -138,3 +141,47 @@ def test_a_recording_of_any_length_has_its_steps_taken_from_pieces_of_it() -> No
     assert resolution_of(long) == pytest.approx([0.1])
     assert resolution_of(long[:1]).tolist() == [0.0]
     assert resolution_of(np.array([[1.0], [1.5]])).tolist() == [0.5]
+
+
+def _poses(seed: int, step: float, digits: int) -> FloatArray:
+    """Forty poses with fast motion in between and no noise, in steps, printed with few digits."""
+    rng = np.random.default_rng(seed)
+    ends = rng.uniform(-10.0, 10.0, (41, 3))
+    share = np.concatenate([0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 30)), np.ones(100)])
+    values = np.concatenate([a + share[:, None] * (b - a) for a, b in pairwise(ends)])
+    return np.round(np.round(values / step) * step if step else values, digits)
+
+
+@pytest.mark.parametrize("digits", [2, 3, 4, 5])
+def test_readings_of_few_digits_that_move_fast_have_the_step_of_their_digits(digits: int) -> None:
+    """Their smallest usual change is one of several steps."""
+    values = _poses(digits, 0.0, digits)
+    assert digits == 2 or (resolution_of(values) > 1.5 * 10.0**-digits).all()
+    assert rounding_step(values) == pytest.approx(np.full(3, 10.0**-digits))
+
+
+@pytest.mark.parametrize("digits", [6, 9, 15])
+def test_readings_of_many_digits_have_no_step(digits: int) -> None:
+    """Even without any noise, where they are constant at rest."""
+    values = _poses(digits, 0.0, digits)
+    assert (resolution_of(values) > 1e-4).all()
+    assert rounding_step(values).tolist() == [0.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize("digits", [3, 4, 9])
+@pytest.mark.parametrize("bits", [8, 10, 12])
+def test_the_codes_of_a_converter_are_its_step_however_they_are_printed(
+    bits: int, digits: int
+) -> None:
+    """A converter over ±2 g: the digits are finer than its step, and its codes not even in them."""
+    step = 4.0 * 9.80665 / 2**bits
+    assert rounding_step(_poses(bits, step, digits)) == pytest.approx(np.full(3, step), rel=0.05)
+
+
+def test_an_axis_that_is_constant_and_one_that_is_garbled_have_steps_of_their_own() -> None:
+    """Each axis is judged alone."""
+    values = _poses(1, 0.1, 9)
+    values[:, 2] = 7.0
+    values[100, 0] += 0.0301
+    assert rounding_step(values) == pytest.approx([0.1, 0.1, 0.0])
+    assert rounding_step(values[:1]).tolist() == [0.0, 0.0, 0.0]

@@ -59,7 +59,7 @@ class MagnitudeRows(Rows):
         self.residual = (length - source.gravity) * (DIVERGED if diverged else 1.0)
         self.direction = force / np.maximum(length, SHORTEST_FORCE * source.gravity)[:, None]
         self.hidden = self._hidden()
-        self.own = source.noise + (self.direction**2 * self.hidden**2).sum(axis=1) / 3.0
+        self.own = source.noise + self.not_shown
         self.lever = self.direction
         self._inverse: FloatArray | None = None
 
@@ -123,6 +123,11 @@ class MagnitudeRows(Rows):
         loading = self.loading()
         none = np.zeros(len(self.residual))
         return none if loading is None else np.asarray((loading.weight**2).sum(axis=1))
+
+    @property
+    def not_shown(self) -> FloatArray:
+        """See ``Rows``: every error up to the largest is as likely."""
+        return np.asarray((self.direction**2 * self.hidden**2).sum(axis=1) / 3.0)
 
     def _hidden(self) -> FloatArray:
         where = self._source.circumstances.sensing(ACCELEROMETER, self.force)

@@ -138,6 +138,14 @@ class Rows(ABC):
         """Variance of each row by the part of that noise that is slow noise, shape (n,)."""
         return np.zeros(len(self.residual))
 
+    @property
+    def not_shown(self) -> FloatArray:
+        """Variance of each row by effects that the readings do not show, a part of ``own``, (n,).
+
+        It is a doubt of the model, and no noise within a hold.
+        """
+        return np.zeros(len(self.residual))
+
 
 @dataclass(frozen=True, eq=False)
 class Loading:

@@ -68,6 +68,14 @@ class ResidualTable:
         """Variance of each row by slow noise that long holds show, a part of ``floor`` squared."""
         return np.concatenate([one.slow for one in self.at])
 
+    @property
+    def not_shown(self) -> FloatArray:
+        """Variance of each row by effects that readings do not show, a part of ``floor`` squared.
+
+        An effect of the hold before does not show in the first hold.
+        """
+        return np.concatenate([one.not_shown for one in self.at])
+
     def whitened(self, columns: FloatArray) -> FloatArray:
         """Rows made independent and of variance one by the noise of ``floor``, shape (n, …).
 
