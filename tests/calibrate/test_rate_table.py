@@ -371,7 +371,8 @@ def test_a_step_inside_a_rest_or_a_constant_rate_is_fitted_and_proven(
     # settled to a third of its standard error at least
     assert unlikeliness(fit.minimum) < unlikeliness(true_moment) + 0.1
     assert fit.rms_held_out is not None
-    assert fit.rms_held_out < 1.5 * (fit.floor or 0.0)
+    # the rest in which the step lies is foreseen by the others, which do not know its moment
+    assert fit.rms_held_out < 3.0 * (fit.floor or 0.0)
     path = tmp_path / "c.json"
     from_report(benches.fitted(), "a test", "2026-01-01T00:00:00+00:00").save(path)
     saved = read_calibration(path)
