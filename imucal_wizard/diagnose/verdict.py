@@ -546,7 +546,7 @@ def _heard(
     plainest = [one[0] for one in asked[:1] if len(one) == 1]
     alike = [(alias,) for term in plainest for alias in best.aliases(term)]
     found = hearing((*asked, *(one for one in alike if one not in asked)))
-    if found is None or not found.against_all:
+    if found is None or not found.unlikely:
         return found
     # of aliases, the prior may leave the right one little
     others = [one for one in shares.explanations(0.0) if one not in found.with_terms]
