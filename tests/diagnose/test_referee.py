@@ -14,7 +14,8 @@ from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
 from imucal_wizard.diagnose.referee import Hearing, best_beyond, evidence_by_scatter
 from imucal_wizard.diagnose.referee import Testimony as Said
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
-from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit, unconfirmed
+from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, fit
 from imucal_wizard.estimate.recording import fit_readings
@@ -92,6 +93,21 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     assert [(one.term, one.decided_by) for one in bench.found] == [
         ("asymmetry", "directions left out and the gyroscope's closure")
     ]
+
+
+def test_a_name_that_is_withdrawn_is_not_decided() -> None:
+    """Nothing is named then that the closure could decide for."""
+    benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))
+    said = diagnosis_of(benches, benches.accelerometer)
+    assert said.findings is not None
+    assert said.findings.opinion.decided == ("even-order",)
+    opinion = unconfirmed(said.findings.opinion)
+    assert opinion.decided == ()
+    withdrawn = replace(
+        said, verdict=opinion.verdict, findings=replace(said.findings, opinion=opinion)
+    )
+    assert "gyroscope's closure is" in verdict_text(withdrawn)
+    assert "decides for" not in verdict_text(withdrawn)
 
 
 def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_measured(
