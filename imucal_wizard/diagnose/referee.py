@@ -19,6 +19,9 @@ columns B of the free parameters and
 
     2 ln p = −ln |V| − ln |Bᵀ V⁻¹ B| − rᵀ (V⁻¹ − V⁻¹ B (Bᵀ V⁻¹ B)⁻¹ Bᵀ V⁻¹) r
 
+What is open of an explanation counts against it in this average, as it must where explanations are
+compared. It is contradicted only if even the best of what it leaves open does worse than none.
+
 The same average gives the posterior of what the accelerometer's rows leave open of its effects
 (``estimate.split``).
 """
@@ -37,7 +40,7 @@ from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, split_by, under_reference
 from imucal_wizard.estimate.held_out import rms_held_out
 from imucal_wizard.estimate.result import SensorFit
-from imucal_wizard.estimate.split import Opened, Split
+from imucal_wizard.estimate.split import SHOWN, Opened, Split
 from imucal_wizard.model.terms import Term
 
 _SHARE_OF_EFFECTS = PRIOR[EFFECT] / (PRIOR[EFFECT] + PRIOR[NOTHING])
@@ -62,6 +65,8 @@ class Testimony:
             can be left out.
         log_evidence: logarithm of the marginal likelihood of its rows.
         scattered: probability that its closures scatter by far more than their noise.
+        best_beyond: logarithm of the likelihood with the best of what the accelerometer's rows
+            leave open of its effects, above ``log_evidence``; 0 where nothing is open.
         split: what they show of what the accelerometer's rows leave open of its effects; None where
             nothing is open.
     """
@@ -69,6 +74,7 @@ class Testimony:
     closure: float | None
     log_evidence: float
     scattered: float = 0.0
+    best_beyond: float = 0.0
     split: Split | None = None
 
 
@@ -86,13 +92,23 @@ class Hearing:
 
     @property
     def against_all(self) -> bool:
-        """Whether the rotations speak against every one of these explanations."""
+        """Whether the rotations contradict every one of these explanations.
+
+        That is so if no effect is more likely than the best of what each of them allows. The truth
+        may be one of many parameters alone. It is then far more likely than the average over all.
+        """
+        best = max(one.log_evidence + one.best_beyond for one in self.with_terms.values())
+        return best < self.now.log_evidence - MIN_LOG_FACTOR
+
+    @property
+    def unlikely(self) -> bool:
+        """Whether the rotations make every one less likely, averaged over all that it allows."""
         return self._best.log_evidence < self.now.log_evidence - MIN_LOG_FACTOR
 
     @property
     def lacks_all(self) -> bool:
         """Whether none of them is all that the rotations lack, so that these cannot decide."""
-        return self._best.scattered > SURE_OF_SCATTER and not self.against_all
+        return self._best.scattered > SURE_OF_SCATTER and not self.unlikely
 
     @property
     def enough(self) -> tuple[tuple[str, ...], ...]:
@@ -160,8 +176,10 @@ class Referee:
         whole = float(np.logaddexp.reduce(each))
         scattered = float(np.exp(each[SIGMAS > MAX_CLOSURE_SCATTER] - whole).sum())
         said = None if heard is None else _opened(found, every)
-        split = None if heard is None or said is None else split_by(heard, said)
-        return Testimony(rms_held_out(found), whole, scattered, split)
+        if heard is None or said is None:
+            return Testimony(rms_held_out(found), whole, scattered)
+        opened, beyond = said
+        return Testimony(rms_held_out(found), whole, scattered, beyond, split_by(heard, opened))
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,8 +202,11 @@ class Scatter:
         return float(np.logaddexp.reduce(self.each))
 
 
-def _opened(found: Minimum[Experiment], every: Sequence[Scatter]) -> Opened | None:
-    """What is open of the accelerometer's effects, by a gyroscope's rows; None where nothing is."""
+def _opened(found: Minimum[Experiment], every: Sequence[Scatter]) -> tuple[Opened, float] | None:
+    """What is open of the accelerometer's effects, by a gyroscope's rows; None where nothing is.
+
+    With the logarithm of the likelihood of the best of it over that of its average.
+    """
     decided = {name for source in found.experiment.sources for name in source.decided}
     if not decided:
         return None
@@ -196,7 +217,7 @@ def _opened(found: Minimum[Experiment], every: Sequence[Scatter]) -> Opened | No
     log = np.concatenate([one.each for one in every])
     shares = np.exp(log - np.logaddexp.reduce(log))
     cases = [(one.products, *place) for one in every for place in one.places]
-    means, covariances, weights = [], [], []
+    means, covariances, weights, beyond = [], [], [], []
     for share, (products, places, variance) in zip(shares, cases, strict=True):
         if share < MIN_SHARE_HEARD:
             continue
@@ -206,11 +227,26 @@ def _opened(found: Minimum[Experiment], every: Sequence[Scatter]) -> Opened | No
         means.append(-(inverse @ products[chosen, count])[wanted])
         covariances.append(inverse[np.ix_(wanted, wanted)])
         weights.append(share)
+        beyond.append(best_beyond(means[-1], covariances[-1]))
     share = np.array(weights) / np.sum(weights)
     mean = share @ np.array(means)
     apart = np.array(means) - mean
     within = np.einsum("k,kij->ij", share, np.array(covariances))
-    return Opened(mean, within + (share[:, None] * apart).T @ apart)
+    opened = Opened(mean, within + (share[:, None] * apart).T @ apart)
+    return opened, float(np.logaddexp.reduce(np.log(share) + np.array(beyond)))
+
+
+def best_beyond(mean: FloatArray, covariance: FloatArray) -> float:
+    """Logarithm of the largest likelihood over any values, above that with their unit prior.
+
+    Args:
+        mean: of their posterior, shape (k,).
+        covariance: the same, shape (k, k).
+    """
+    left, turned = np.linalg.eigh(covariance)
+    shown = 1.0 - left > SHOWN
+    left, place = left[shown], turned.T[shown] @ mean
+    return 0.5 * float((place**2 / (1.0 - left) - np.log(left)).sum())
 
 
 def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray]) -> list[Scatter]:

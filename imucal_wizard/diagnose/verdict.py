@@ -298,8 +298,8 @@ class Opinion(Names):
             to be named, the likeliest first; empty where none is likelier than everything else, or
             much is left beside it.
         heard: what the gyroscope says of the explanations, where it was asked.
-        decided: the families among whose members it has decided.
-        shares: of the probability of each family named, by its likeliest member.
+        shares: of the probability of each family among whose members it has decided, by its
+            likeliest member.
     """
 
     verdict: Verdict
@@ -311,8 +311,16 @@ class Opinion(Names):
     shapeless: bool
     probable: Terms
     heard: Hearing | None = None
-    decided: tuple[str, ...] = ()
     shares: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def decided(self) -> tuple[str, ...]:
+        """The families named among whose members the gyroscope has decided.
+
+        A name that is withdrawn takes this with it. Two effects of a family leave no choice.
+        """
+        named = self.families
+        return tuple(one for one in named if one in self.shares and named.count(one) == 1)
 
     @property
     def one_effect(self) -> bool:
@@ -364,7 +372,6 @@ def judge_misfit(
     walks = 0.0
     if lack.not_repeatable:
         walks = wandering(misfit, hypotheses.frame, weighed.best.coordinates)
-    decided = weighed.decided(names)
     return Opinion(
         verdict=verdict,
         families=names.families,
@@ -377,8 +384,7 @@ def judge_misfit(
         shapeless=evidence.shapeless,
         probable=weighed.probable(names, lack),
         heard=weighed.heard,
-        decided=decided,
-        shares={one: weighed.shares.members(weighed.family_of, one)[0][1] for one in decided},
+        shares=weighed.decided(names),
         together=names.together,
     )
 
@@ -439,15 +445,19 @@ class _Weighed:
             return ()
         return names.terms[0] if names.terms else _within(self.shares, self.family_of, first)
 
-    def decided(self, names: Names) -> tuple[str, ...]:
-        """The families among whose members the other sensor has decided."""
-        return tuple(
-            family
+    def decided(self, names: Names) -> dict[str, float]:
+        """The families among whose members the other sensor has decided.
+
+        Returns:
+            Of each of them the share of its probability that its likeliest member has.
+        """
+        return {
+            family: self.shares.members(self.family_of, family)[0][1]
             for family, members in zip(names.families, names.terms, strict=True)
             if self.heard is not None
             and names.families.count(family) == 1
             and len(_within(self.alone, self.family_of, family)) > len(members)
-        )
+        }
 
 
 def _weigh(
@@ -546,7 +556,7 @@ def _heard(
     plainest = [one[0] for one in asked[:1] if len(one) == 1]
     alike = [(alias,) for term in plainest for alias in best.aliases(term)]
     found = hearing((*asked, *(one for one in alike if one not in asked)))
-    if found is None or not found.against_all:
+    if found is None or not found.unlikely:
         return found
     # of aliases, the prior may leave the right one little
     others = [one for one in shares.explanations(0.0) if one not in found.with_terms]

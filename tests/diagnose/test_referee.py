@@ -11,10 +11,11 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.hypotheses import SPREAD_SHARES, SPREADS
 from imucal_wizard.diagnose.random_walk import SIGMAS, sigma_prior
-from imucal_wizard.diagnose.referee import Hearing, evidence_by_scatter
+from imucal_wizard.diagnose.referee import Hearing, best_beyond, evidence_by_scatter
 from imucal_wizard.diagnose.referee import Testimony as Said
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
-from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
+from imucal_wizard.diagnose.verdict import Verdict, judge_misfit, unconfirmed
+from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, fit
 from imucal_wizard.estimate.recording import fit_readings
@@ -94,6 +95,21 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
     ]
 
 
+def test_a_name_that_is_withdrawn_is_not_decided() -> None:
+    """Nothing is named then that the closure could decide for."""
+    benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))
+    said = diagnosis_of(benches, benches.accelerometer)
+    assert said.findings is not None
+    assert said.findings.opinion.decided == ("even-order",)
+    opinion = unconfirmed(said.findings.opinion)
+    assert opinion.decided == ()
+    withdrawn = replace(
+        said, verdict=opinion.verdict, findings=replace(said.findings, opinion=opinion)
+    )
+    assert "gyroscope's closure is" in verdict_text(withdrawn)
+    assert "decides for" not in verdict_text(withdrawn)
+
+
 def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_measured(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -118,6 +134,47 @@ def test_a_name_that_tilts_gravity_the_wrong_way_is_not_given() -> None:
     )
     assert said.verdict is Verdict.UNEXPLAINED
     assert "contradicts" in said.says
+
+
+def test_a_true_effect_with_many_parameters_is_not_contradicted() -> None:
+    """One of fifteen cubic products acts; averaged over all that 18 poses leave open, none fits."""
+    (said, *_) = diagnose_benches(
+        Benches(*fitted("cubic-cross:1:x", rotations=6, seed=2)), {}, automatic=False
+    )
+    assert said.findings is not None
+    heard = said.findings.opinion.heard
+    assert heard is not None
+    assert heard.unlikely
+    true = heard.with_terms["cubic-cross",]
+    assert true.log_evidence + true.best_beyond > heard.now.log_evidence
+    assert not said.findings.opinion.refuted
+    assert "contradicts" not in said.says
+
+
+def test_what_is_open_is_contradicted_only_by_its_best_value() -> None:
+    """The average over its prior may be far less likely than that."""
+
+    def against(*of: tuple[float, float]) -> bool:
+        said: dict[tuple[str, ...], Said] = {
+            (str(k),): Said(None, one, best_beyond=beyond) for k, (one, beyond) in enumerate(of)
+        }
+        return Hearing(Said(None, 0.0), said).against_all
+
+    assert against((-10.0, 0.0), (-30.0, 20.0))
+    assert not against((-10.0, 0.0), (-30.0, 26.0))
+
+
+def test_the_best_value_is_that_of_a_likelihood_without_its_prior() -> None:
+    """As written out for a vector that a few rows show, one of its directions not at all."""
+    rng = np.random.default_rng(2)
+    columns, rows = np.zeros((9, 3)), rng.standard_normal(9)
+    columns[:, :2] = 3.0 * rng.standard_normal((9, 2))
+    covariance = np.linalg.inv(np.eye(3) + columns.T @ columns).astype(float)
+    left = rows - columns @ np.linalg.lstsq(columns, rows, rcond=None)[0]
+    whole = np.eye(9) + columns @ columns.T
+    averaged = -0.5 * (np.linalg.slogdet(whole)[1] + rows @ np.linalg.solve(whole, rows))
+    beyond = best_beyond(covariance @ columns.T @ rows, covariance)
+    assert averaged + beyond == pytest.approx(-0.5 * left @ left, abs=1e-9)
 
 
 def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others() -> None:
