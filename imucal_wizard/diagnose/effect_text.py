@@ -201,8 +201,9 @@ def seen_from(one: Suspect) -> str:
         return ""
     seen, named = one.detectable_on_any_axis, one.nameable_on_any_axis
     unit = one.sized.unit
-    if not np.isfinite(seen):
-        most = size_with_unit(USUAL_SIZES * float(one.sized.typical.min()), unit)
+    usual = USUAL_SIZES * float(one.sized.typical.min())
+    if not seen <= usual:
+        most = size_with_unit(usual, unit)
         return f"shown at no size that a sensor usually has (up to {most})"
     words = f"seen from {_told(seen, one.detectable_interval, unit)}"
     if np.isfinite(named):

@@ -112,14 +112,17 @@ def _even_step(values: FloatArray) -> float:
     Such codes are not exactly even, so that the smallest distance is not the step.
     """
     apart = np.diff(distinct(values))
+    negligible = NEGLIGIBLE_STEP * float(np.abs(values).max(initial=0.0))
     if not len(apart):
         return 0.0
     step = float(apart[apart < 1.5 * apart.min()].mean())
+    if step <= negligible:
+        return 0.0
     steps = np.round(apart / step)
     step = float(apart.sum() / steps.sum())
     off = np.abs(apart - step * steps)
     even = np.mean(off < STEP_TOLERANCE * step) > MIN_EVEN_SHARE
-    return step if even and step > NEGLIGIBLE_STEP * float(np.abs(values).max()) else 0.0
+    return step if even and step > negligible else 0.0
 
 
 def _common_step(values: FloatArray) -> float:

@@ -159,7 +159,7 @@ MAX_RATIO = 0.5
 as fast as the input, the fixed point is reached slowly or never."""
 MIN_DETERMINANT = 1e-3
 """Of the slope of what is solved, below which it has no inverse worth a step."""
-MAX_HALVINGS = 5
+MAX_STEP_HALVINGS = 5
 STEP = 1e-4
 """For the derivative of ε by x, as a share of the largest x."""
 
@@ -210,7 +210,7 @@ def _by_newton(
             step = np.linalg.solve(slope, rest[:, :, None])[:, :, 0]
             size, share = np.linalg.norm(rest, axis=1), np.ones((len(found), 1))
             moved = left(found + step)
-            for _ in range(MAX_HALVINGS):
+            for _ in range(MAX_STEP_HALVINGS):
                 worse = np.linalg.norm(moved, axis=1) > size
                 if not worse.any():
                     break

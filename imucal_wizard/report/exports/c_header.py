@@ -21,7 +21,7 @@ from imucal_wizard.report.exports import ExportSettings, ExportTarget, Files
 from imucal_wizard.report.proof import Correction, Proof, Samples
 from imucal_wizard.report.reduced import Kept
 
-_PASSES = 30
+_PASSES = 200
 _TEST_READINGS = 6
 """Of each sensor in the self-test."""
 _TOLERANCE = 2e-5
