@@ -11,7 +11,10 @@ from imucal_wizard.diagnose.detectability import USUAL_SIZES
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.optimal_design import Explained
 from imucal_wizard.diagnose.suspects import MIN_SIZE_IN_ERRORS, Suspect, largest
+from imucal_wizard.estimate.distributions import exceeded
+from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER, Effect
+from imucal_wizard.model.effects.clock import Clock
 from imucal_wizard.model.lesson import (
     cost_of_ignoring,
     left_by_magnitude,
@@ -72,6 +75,30 @@ def effect_text(diagnosis: Diagnosis, bench: Bench, term: str) -> list[str]:
         f"The {bench.sensor}'s error {dependence_text(bench, term)}.",
         f"{word}: {title}, {told}.",
         f"If it is ignored, it leaves {_price(bench, effect, sizes, variant, drawn)}.",
+        *_as_a_clock(bench, effect, sizes, covariance),
+    ]
+
+
+def _as_a_clock(
+    bench: Bench, effect: Effect, sizes: FloatArray, covariance: FloatArray | None
+) -> list[str]:
+    """That a gyroscope's scales change alike, which a clock that changes does as well."""
+    slow = effect.family == Clock.family and effect.name != Clock.name
+    if bench.sensor != GYROSCOPE or not slow or covariance is None:
+        return []
+    common, freedom = float(sizes.mean()), bench.fit.degrees_of_freedom or 1
+    apart = sizes - common
+    across = np.eye(len(sizes)) - 1.0 / len(sizes)
+    unlike = apart @ np.linalg.pinv(across @ covariance @ across) @ apart / (len(sizes) - 1)
+    if abs(common) < MIN_SIZE_IN_ERRORS * np.sqrt(covariance.mean()):
+        return []
+    if exceeded(float(unlike), len(sizes) - 1, freedom) < TEST_LEVEL:
+        return []
+    return [
+        (
+            "All three scales change alike: a clock that changes, or a time column with another "
+            "step from then on, does this as well. Compare the times with another clock."
+        )
     ]
 
 

@@ -312,3 +312,21 @@ def test_a_term_that_cannot_be_fitted_is_refused_in_words(
     said = capsys.readouterr()
     assert json.loads(said.out)["error"] in said.err
     assert "second-order cannot be fitted to these data" in said.err
+
+
+def test_a_clock_that_jumps_is_told_beside_the_step_of_the_scales(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The times pass 0.6 % slower from the middle on: all rates are wrong by the same share."""
+    path = tmp_path / "jump.csv"
+    simulate_recording(path, seed=5, rate=50.0)
+    lines = path.read_text().splitlines()
+    head, rows = lines[:2], [line.split(",") for line in lines[2:]]
+    middle = 0.5 * float(rows[-1][0])
+    for row in rows:
+        late = max(float(row[0]) - middle, 0.0)
+        row[0] = f"{float(row[0]) + 0.006 * late:.6f}"
+    path.write_text("\n".join([*head, *(",".join(row) for row in rows)]) + "\n")
+    said = bench_json(capsys, str(path), "--auto")["gyroscope"]
+    assert "scale-step" in [one["term"] for one in said["found"]]
+    assert "All three scales change alike: a clock that changes" in said["says"]
