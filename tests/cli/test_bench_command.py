@@ -6,6 +6,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from imucal_wizard.api import load
@@ -330,3 +331,37 @@ def test_a_clock_that_jumps_is_told_beside_the_step_of_the_scales(
     said = bench_json(capsys, str(path), "--auto")["gyroscope"]
     assert "scale-step" in [one["term"] for one in said["found"]]
     assert "All three scales change alike: a clock that changes" in said["says"]
+
+
+@pytest.fixture(scope="module")
+def honest(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A session with nothing hidden."""
+    path = tmp_path_factory.mktemp("honest") / "honest.csv"
+    simulate_recording(path, seed=3, rate=50.0)
+    return path
+
+
+def test_an_added_effect_that_noise_alone_may_make_is_said_to_be_one(
+    honest: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The likeliest of some forty moments takes up a little noise; no verdict may pass over it."""
+    said = bench_json(capsys, str(honest), "--add", "bias-step")["accelerometer"]
+    assert "These data do not show bias-step" in said["says"]
+    assert "settings. Take it out" in said["says"]
+
+
+def test_axes_that_no_mounting_makes_are_no_good_calibration(
+    honest: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "mirrored.csv"
+    lines = honest.read_text().splitlines()
+    names = [one.partition("[")[0] for one in lines[1].split(",")]
+    rows = np.array([line.split(",") for line in lines[2:]], float)
+    rows[:, names.index("gz")] *= -1.0
+    rest = (",".join(f"{value:.7f}" for value in row) for row in rows)
+    path.write_text("\n".join([*lines[:2], *rest]) + "\n")
+    assert cli.main(["fit", str(path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "No mounting does this" in said
+    assert "gyroscope DOUBTFUL" in said
+    assert "its axes do not match the accelerometer's" in said
