@@ -84,7 +84,7 @@ def _as_a_clock(
 ) -> list[str]:
     """That a gyroscope's scales change alike, which a clock that changes does as well."""
     slow = effect.family == Clock.family and effect.name != Clock.name
-    if bench.sensor != GYROSCOPE or not slow or covariance is None:
+    if bench.sensor not in Clock.sensors or not slow or covariance is None:
         return []
     common, freedom = float(sizes.mean()), bench.fit.degrees_of_freedom or 1
     apart = sizes - common
