@@ -80,14 +80,20 @@ def test_it_stops_at_once_and_closes_the_session(tmp_path: Path, pty: Pty, run: 
     Session.open(path).close()
 
 
-def test_a_device_that_goes_away_in_a_hold_loses_nothing_and_is_found_again(
-    tmp_path: Path, pty: Pty, run: Run
-) -> None:
-    name = tmp_path / "device"
+def _begun(name: Path, pty: Pty, run: Run) -> Reader:
+    """The wizard's reader of a device of this name, connected, with the first step begun."""
     engine = Engine(settings=settings())
     engine.command("start")
     reader = run(Reader(Pump(Transport(link(name, pty.path))), engine))
     wait_for(lambda: reader.snapshot().stream.connected)
+    return reader
+
+
+def test_a_device_that_goes_away_in_a_hold_loses_nothing_and_is_found_again(
+    tmp_path: Path, pty: Pty, run: Run
+) -> None:
+    name = tmp_path / "device"
+    reader = _begun(name, pty, run)
     _print(pty, 1200)
     wait_for(lambda: reader.snapshot().stream.samples == 1200)
     assert reader.snapshot().status.step is StepKind.UP_DOWN
@@ -117,10 +123,7 @@ def test_a_device_that_goes_away_while_it_settles_is_told_that_this_begins_again
 ) -> None:
     """Settling is one rest; the part before the gap is not kept."""
     name = tmp_path / "device"
-    engine = Engine(settings=settings())
-    engine.command("start")
-    reader = run(Reader(Pump(Transport(link(name, pty.path))), engine))
-    wait_for(lambda: reader.snapshot().stream.connected)
+    reader = _begun(name, pty, run)
     _print(pty, 500)
     wait_for(lambda: reader.snapshot().status.progress[0] > 3.0)
     name.unlink()
