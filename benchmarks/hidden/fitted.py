@@ -22,6 +22,7 @@ def measured_of(recorded: Recorded) -> AccelerometerExperiment:
         data.circumstances,
         time=time,
         reference_time=np.nan,
+        history=(time, data.circumstances.temperature),
         vibration=recorded.vibration,
     )
     data.circumstances = around
