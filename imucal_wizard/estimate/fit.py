@@ -608,6 +608,10 @@ def _no_convergence(sensor: str, effects: Sequence[str]) -> DataError:
     )
 
 
+def _shifted(groups: Sequence[slice], places: int) -> tuple[slice, ...]:
+    return tuple(slice(group.start + places, group.stop + places) for group in groups)
+
+
 def with_effects(
     found: Minimum[Experiment], terms: Sequence[Term], columns: FloatArray
 ) -> Minimum[Experiment]:
@@ -630,10 +634,8 @@ def with_effects(
         kinds=system.kinds,
         precision=np.insert(system.precision, place, more.precision),
         value=np.insert(system.value, place, np.zeros(len(more))),
-        groups=(
-            *system.groups,
-            *(slice(place + group.start, place + group.stop) for group in more.groups),
-        ),
+        groups=(*system.groups, *_shifted(more.groups, place)),
+        open_groups=(*system.open_groups, *_shifted(more.open_groups, place)),
     )
     if len(system.away):
         places = [place] * len(more)
@@ -735,7 +737,8 @@ class _Problem:
             kinds=self._kinds,
             precision=self._precision,
             value=np.concatenate([value, calibration.sizes, calibration.shared]),
-            groups=tuple(slice(first + g.start, first + g.stop) for g in self.terms.groups),
+            groups=_shifted(self.terms.groups, first),
+            open_groups=_shifted(self.terms.open_groups, first),
             **known,
         )
 

@@ -19,7 +19,7 @@ import numpy as np
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
-from imucal_wizard.model.terms import WIDE_PRIOR, widened
+from imucal_wizard.model.terms import WIDE_PRIOR, widened, widened_where_open
 
 MAX_ROUNDS = 50
 MIN_FREEDOM_FOR_WIDE_PRIOR = 3.0
@@ -28,6 +28,8 @@ SETTLED = 1e-3
 """Relative change of a variance that no longer matters."""
 EXCESS_P = 0.01
 """Probability of residuals by own noise alone, below which there is an excess."""
+MIN_DEVIANCE = 6.0
+"""Of −2 log likelihood, from which on an effect is believed and no scatter: twenty to one."""
 FREEDOM_DECIMALS = 9
 """Of the degrees of freedom, above the rounding errors of the sum that they are."""
 MIN_SHOWN_SHARE = 1e-12
@@ -46,6 +48,8 @@ class System:
         precision: of the priors of the parameters, shape (p,).
         value: present value of the parameters, from the middle of their priors, shape (p,).
         groups: parameters whose priors are widened together (see ``terms.widened``).
+        open_groups: those of them whose parameters are quantities of their own (see
+            ``terms.widened_where_open``).
         information: inverse covariance of the parameters by another sensor's rows, shape (p, p);
             empty where no other sensor shows them.
         away: present value of the parameters from those that these rows show, shape (p,).
@@ -58,6 +62,7 @@ class System:
     precision: FloatArray
     value: FloatArray
     groups: tuple[slice, ...] = ()
+    open_groups: tuple[slice, ...] = ()
     information: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     away: FloatArray = field(default_factory=lambda: np.zeros(0))
 
@@ -70,6 +75,7 @@ class System:
             precision=self.precision[kept],
             value=self.value[kept],
             groups=(),
+            open_groups=(),
             information=self.information[np.ix_(kept, kept)] if shown else self.information,
             away=self.away[kept] if shown else self.away,
         )
@@ -121,43 +127,86 @@ def balanced(system: System, kept: BoolArray | None = None) -> Balance:
 
     The iteration begins with no excess and wide priors, if then something is left over to judge by.
     Begun with what the model leaves so far, an effect many times larger than its prior expects
-    would itself pass for scatter and never be fitted.
+    would itself pass for scatter and never be fitted. If nothing is left over, the rows cannot test
+    for an excess: it is then begun with that scatter and without any, and the end without counts if
+    it is twenty times as likely.
 
     Args:
         system: the linear rows.
         kept: rows whose kind has an excess without a test, shape (n,); none by default.
     """
     count = np.bincount(system.kinds)
-    precision = system.precision.copy()
+    precision, none = system.precision.copy(), np.zeros(len(count), bool)
     for group in system.groups:
         precision[group] /= WIDE_PRIOR
-    excess, found = np.zeros(len(count)), solved(system, system.own, precision)
+    found = solved(system, system.own, precision)
     if found.freedom.min(initial=MIN_FREEDOM_FOR_WIDE_PRIOR) < MIN_FREEDOM_FOR_WIDE_PRIOR:
-        precision = system.precision
-        excess = np.bincount(system.kinds, system.residual**2) / count
-        found = solved(system, system.own + excess[system.kinds], precision)
-        wanted = np.ones(len(count), bool)
-    else:
-        left = system.residual + system.columns @ found.step
-        squares = np.bincount(system.kinds, left**2 / system.own)
-        wanted = np.array(
-            [
-                freedom > 0.0 and exceeded(square / freedom, freedom, EXACT_FREEDOM) < EXCESS_P
-                for square, freedom in zip(squares, found.freedom, strict=True)
-            ]
-        )
-        if kept is not None:
-            wanted |= np.bincount(system.kinds, kept) > 0
+        scatter = np.bincount(system.kinds, system.residual**2) / count
+        scattered = solved(system, system.own + scatter[system.kinds], system.precision)
+        with_excess = _iterated(system, scattered, ~none)
+        if not system.groups or (with_excess.variance == system.own).all():
+            return with_excess
+        without = _iterated(system, solved(system, system.own, system.precision), none)
+        likelier = _deviance(system, with_excess) - _deviance(system, without)
+        return without if likelier > MIN_DEVIANCE else with_excess
+    wanted = _beyond_noise(system, found)
+    if kept is not None:
+        wanted |= np.bincount(system.kinds, kept) > 0
+    return _iterated(system, found, wanted)
+
+
+def _beyond_noise(system: System, found: Balance) -> BoolArray:
+    """Of which kinds more is left than their own noise makes, by a 1 % test, shape (kinds,)."""
+    left = system.residual + system.columns @ found.step
+    squares = np.bincount(system.kinds, left**2 / system.own)
+    return np.array(
+        [
+            freedom > 0.0 and exceeded(square / freedom, freedom, EXACT_FREEDOM) < EXCESS_P
+            for square, freedom in zip(squares, found.freedom, strict=True)
+        ]
+    )
+
+
+def _iterated(system: System, found: Balance, wanted: BoolArray) -> Balance:
+    """Variances and widths of priors by the fit before, until they settle.
+
+    Args:
+        system: the linear rows.
+        found: where it begins.
+        wanted: which kinds have an excess, shape (kinds,).
+    """
+    variance = found.variance
     for _ in range(MAX_ROUNDS):
         left = system.residual + system.columns @ found.step
-        before, excess = excess, np.where(wanted, _excess(system, found, left), 0.0)
-        precision = widened(system.precision, system.value + found.step, system.groups)
+        excess = np.where(wanted, _excess(system, found, left), 0.0)
+        before, variance = variance, system.own + excess[system.kinds]
+        precision = _priors(system, found)
         settled = (np.abs(precision - found.precision) <= SETTLED * precision).all()
-        settled &= (np.abs(excess - before)[system.kinds] <= SETTLED * found.variance).all()
-        found = solved(system, system.own + excess[system.kinds], precision)
+        settled &= (np.abs(variance - before) <= SETTLED * before).all()
+        found = solved(system, variance, precision)
         if settled:
             break
     return found
+
+
+def _deviance(system: System, found: Balance) -> float:
+    """−2 log of the likelihood of the rows, all parameters integrated out, but for a constant."""
+    left = system.residual + system.columns @ found.step
+    sizes, known = system.value + found.step, found.precision > 0.0
+    size = np.log(found.variance).sum() - np.log(found.precision[known]).sum()
+    shown = left**2 @ (1.0 / found.variance) + found.precision @ sizes**2
+    return float(size + np.linalg.slogdet(found.normal)[1] + shown)
+
+
+def _priors(system: System, found: Balance) -> FloatArray:
+    """Precision of the priors, by the sizes that were found, shape (p,)."""
+    sizes = system.value + found.step
+    precision = widened(system.precision, sizes, system.groups)
+    large = [g for g in system.open_groups if (system.precision[g] * sizes[g] ** 2).max() > 1.0]
+    if not large:
+        return precision
+    covariance = inverted(found.normal + np.diag(precision - found.precision))
+    return widened_where_open(precision, sizes, large, covariance)
 
 
 def _excess(system: System, found: Balance, left: FloatArray) -> FloatArray:

@@ -66,6 +66,15 @@ class Terms:
         ends = np.cumsum([0, *(len(each) for each in self._each)]).tolist()
         return tuple(slice(*pair) for pair in itertools.pairwise(ends))
 
+    @property
+    def open_groups(self) -> tuple[slice, ...]:
+        """The groups whose sizes are quantities of their own, which those of a curve are not."""
+        return tuple(
+            group
+            for term, group in zip(self.terms, self.groups, strict=True)
+            if not term.effect.free
+        )
+
     def split(self, sizes: FloatArray) -> tuple[FloatArray, ...]:
         """Sizes (…, p) term by term."""
         return tuple(sizes[..., group] for group in self.groups)
@@ -147,6 +156,40 @@ def widened(precision: FloatArray, sizes: FloatArray, groups: Sequence[slice]) -
     out = precision.copy()
     for group in groups:
         out[group] /= max(1.0, float(np.mean(precision[group] * sizes[group] ** 2)))
+    return out
+
+
+OPEN_SHARE = 0.05
+"""Share of its prior's variance that the rows leave of a size, at which its own width counts half:
+a standard error of a fifth of the prior's."""
+
+
+def widened_where_open(
+    precision: FloatArray, sizes: FloatArray, groups: Sequence[slice], covariance: FloatArray
+) -> FloatArray:
+    """Precision of the priors, less where large sizes are shown together only.
+
+    Of sizes of which the rows show a combination, like ``a + b``, the prior alone tells how far
+    each may be from its part. One of them may make all of it, and the other sizes of the term
+    nothing: the width follows from these sizes, as the sum of the squares of what the rows show of
+    them over the number of combinations that the rows show.
+
+    Args:
+        precision: of the priors, one width for each term, shape (p,).
+        sizes: shape (p,).
+        groups: the terms whose sizes are quantities of their own.
+        covariance: of the sizes with these priors, shape (p, p).
+    """
+    out = precision.copy()
+    for group in groups:
+        root = np.sqrt(precision[group])
+        open_share = root[:, None] * covariance[group, group] * root
+        shown = np.eye(len(root)) - open_share
+        shown = shown @ shown
+        alike, left = open_share**2, np.diag(open_share)
+        seen, number = alike @ (shown @ (root * sizes[group])) ** 2, alike @ np.diag(shown)
+        own = seen / np.maximum(number, np.finfo(float).tiny)
+        out[group] /= np.maximum(1.0, own * left / (left + OPEN_SHARE))
     return out
 
 

@@ -110,6 +110,61 @@ def test_a_prior_stands_in_for_what_no_row_shows() -> None:
     assert found.step[0] == 0.0
 
 
+@pytest.mark.parametrize("truth", [(0.0, 0.0), (3.0, 0.0), (0.0, -40.0), (25.0, 25.0)])
+def test_the_interval_of_sizes_shown_as_a_sum_holds_each(truth: tuple[float, float]) -> None:
+    """Rows that show a + b, c and d: a and b may each be all of the sum; c and d are as before."""
+    rng = np.random.default_rng(4)
+    columns = rng.normal(size=(30, 4))
+    columns[:, 1] = columns[:, 0]
+    right = np.array([*truth, 0.3, -0.2])
+    noise = 0.05 * rng.normal(size=30)
+    system = System(
+        residual=noise - columns @ right,
+        columns=columns,
+        own=np.full(30, 0.05**2),
+        kinds=np.zeros(30, np.int64),
+        precision=np.full(4, 0.25),
+        value=np.zeros(4),
+        groups=(slice(0, 4),),
+        open_groups=(slice(0, 4),),
+    )
+    found = balanced(system)
+    errors = np.sqrt(np.diag(found.covariance))
+    assert (np.abs(found.step - right) < 2.0 * errors)[:2].all()
+    assert (np.abs(found.step - right) < 3.0 * errors).all()
+    assert errors[0] < 0.6 * max(2.0 * np.sqrt(2.0), abs(sum(truth)))
+    assert (errors[2:] < 0.02).all()
+
+
+@pytest.mark.parametrize("kind", ["one size", "scatter"])
+def test_hardly_any_freedom_tells_a_large_size_from_scatter(kind: str) -> None:
+    """Ten rows and nine sizes: one of 30 times what is typical is fitted, scatter is none."""
+    rng = np.random.default_rng(5)
+    columns, none = rng.normal(size=(10, 9)), np.zeros(9)
+    large = np.where(np.arange(9) == 2, 15.0, 0.0)
+    scatter = 3.0 * rng.normal(size=10)
+    made = columns @ large if kind == "one size" else scatter
+    system = System(
+        residual=0.05 * rng.normal(size=10) - made,
+        columns=columns,
+        own=np.full(10, 0.05**2),
+        kinds=np.zeros(10, np.int64),
+        precision=np.full(9, 4.0),
+        value=none,
+        groups=(slice(0, 9),),
+        open_groups=(slice(0, 9),),
+    )
+    found = balanced(system)
+    errors = np.sqrt(np.diag(found.covariance))
+    truth = large if kind == "one size" else none
+    assert (np.abs(found.step - truth) < 3.0 * errors).all()
+    if kind == "one size":
+        assert errors[2] < 1.0
+        np.testing.assert_array_equal(found.variance, system.own)
+    else:
+        assert found.variance[0] > 1.0
+
+
 def test_a_singular_matrix_is_inverted_over_what_it_determines() -> None:
     """The Moore–Penrose inverse; a regular one has the plain inverse."""
     rng = np.random.default_rng(3)
