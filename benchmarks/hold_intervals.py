@@ -1,10 +1,12 @@
-"""How often the accelerometer's 95 % intervals hold the truth, and how far its parameters scatter.
+"""How often the accelerometer's intervals hold the truth, and how far its parameters scatter.
 
-``python -m benchmarks.hold_intervals [coverage|scatter] [sessions] [seed] [poses] [noise]``; the
-last two words choose rows of the table, the noise by a part of its name. Coverage: the
-share of sessions in which the interval of each parameter by Student's t holds the truth, in per
-cent; the bias is its mean over the session. Scatter: the rms error of each parameter over the
-least that any unbiased estimator has when it knows the noise of every hold (Cramér and Rao).
+``python -m benchmarks.hold_intervals [coverage|scatter|held-out] [sessions] [seed] [poses]
+[noise]``; the last two words choose rows of the table, the noise by a part of its name. Coverage:
+the share of sessions in which the 95 % interval of each parameter by Student's t holds the truth,
+in per cent; the bias is its mean over the session. Scatter: the rms error of each parameter over
+the least that any unbiased estimator has when it knows the noise of every hold (Cramér and Rao).
+Held out: the share of sessions in which the 90 % interval of the error held out holds the rms error
+of 400 new holds.
 """
 
 import sys
@@ -28,6 +30,8 @@ NOISES = {
     "random walk 0.01 mg/√s": Noise(walk=0.01 * MG),
 }
 """A consumer sensor's white noise, 0.15 mg/√Hz, alone and with more."""
+NEW = 400
+"""New holds by which an error held out is judged."""
 
 
 def coverage(
@@ -45,6 +49,23 @@ def coverage(
             off = abs(found[name].value - one.truth[k])
             inside[k] += off < reach * (found[name].standard_error or 0.0)
     return inside / sessions
+
+
+def new_holds(
+    design: FloatArray, noise: Noise, sessions: int, seed: int, rate: float
+) -> tuple[float, float]:
+    """Share of sessions whose interval holds the rms of new holds; error held out over it, rms."""
+    rng = np.random.default_rng(seed)
+    inside, ratio = 0, np.empty(sessions)
+    for k in range(sessions):
+        one = session(design, noise, rng, rate=rate)
+        fit = fit_accelerometer(one.holds, GRAVITY, "m/s^2", readings=one.readings)
+        true = (one.new_readings(NEW, rng) - fit.bias) @ fit.matrix.T
+        rms = np.sqrt(np.mean((np.linalg.norm(true, axis=1) - GRAVITY) ** 2))
+        low, high = fit.held_out_interval or (np.inf, -np.inf)
+        inside += low <= rms <= high
+        ratio[k] = (fit.rms_held_out or np.nan) / rms
+    return inside / sessions, float(np.sqrt(np.mean(ratio**2)))
 
 
 def scatter(
@@ -84,6 +105,20 @@ def main(
                 most, doubt = 1.05 if samples >= 20 else 1.12, 1.0 / np.sqrt(2.0 * count)
                 for parameter, ratio in zip(NAMES, found, strict=True):
                     wanted.figure(f"{label}: {parameter}", float(ratio), 0.0, most, doubt)
+        print(wanted)
+        return
+    if what == "held-out":
+        doubt = 100.0 * np.sqrt(0.9 * 0.1 / count)
+        print(f"{'':54}{'inside, %':>12}{'held out over rms':>20}   (each ± {doubt:.1f} %)")
+        for name, design in designs.items():
+            steady = [kind for kind, noise in NOISES.items() if not (noise.flicker or noise.walk)]
+            for (samples, rate), kind in product(((150, 50.0), (12, 4.0)), steady):
+                label = f"{name} poses of {samples} samples, {kind}"
+                if only not in label:
+                    continue
+                share, ratio = new_holds(design, NOISES[kind], count, int(seed), rate)
+                print(f"{label:54}{100.0 * share:12.1f}{ratio:20.3f}", flush=True)
+                wanted.figure(label, 100.0 * share, 87.0, 93.0, doubt)
         print(wanted)
         return
     doubt = 100.0 * np.sqrt(0.95 * 0.05 / count)

@@ -63,6 +63,7 @@ class Session:
         bias: b and the mean of the wandering over the session, shape (3,).
         up: directions of gravity, shape (n, 3).
         variance: of each component of each hold's mean by white noise and offsets, shape (n, 3).
+        noise: what was added.
     """
 
     holds: list[Hold]
@@ -71,6 +72,20 @@ class Session:
     bias: FloatArray
     up: FloatArray
     variance: FloatArray
+    noise: Noise
+
+    def new_readings(self, number: int, rng: np.random.Generator) -> FloatArray:
+        """Means of new holds as long as those of the session, anywhere, shape (number, 3).
+
+        Slow noise is left out: of it new holds have what another session has.
+        """
+        up = rng.standard_normal((number, 3))
+        up /= np.linalg.norm(up, axis=1)[:, None]
+        sigma = self.noise.white * np.exp(self.noise.uneven * rng.standard_normal(number))
+        samples = np.median([hold.samples for hold in self.holds])
+        off = sigma[:, None] * [1.0, 1.0, self.noise.across_chip] / np.sqrt(samples)
+        off = np.hypot(off, self.noise.scatter) * rng.standard_normal((number, 3))
+        return np.asarray(GRAVITY * up @ self.sensitivity.T + self.bias + off)
 
     @property
     def truth(self) -> FloatArray:
@@ -167,7 +182,7 @@ def session(
         "m/s^2",
     )
     bias = bias + wandering.mean(axis=0)
-    return Session(holds, Readings(whole), sensitivity, bias, up, variance)
+    return Session(holds, Readings(whole), sensitivity, bias, up, variance, noise)
 
 
 def wander(noise: Noise, moments: int, rng: np.random.Generator) -> FloatArray:

@@ -168,8 +168,10 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     The expected errors are the same linear maps as those of the rows, applied to the measured noise
     of the rows and of the reference. With these maps E, the mean square held out is a quadratic
     form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom
-    (Satterthwaite). A new row has its own noise and the errors of the fit of all rows. Slow noise
-    is in the interval, but in no floor.
+    (Satterthwaite). A new row has its own noise and the errors of the fit of all rows: its mean
+    square scatters, too, by the errors that the fit happens to have and, if holds are unequally
+    noisy, by how noisy new ones happen to be (the noise of rotations follows from their length, in
+    which new ones are alike). Slow noise is in the interval, but in no floor.
 
     Returns:
         None where the other rows do not determine the model.
@@ -190,10 +192,14 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     if out is None:
         return None
     errors, expected = _settings_chosen_again(found, out), out.errors[:, 1:]
-    new = items.mean((noise**2).sum(axis=1) + (pulled**2).sum(axis=1))
+    own_squares = (noise**2).sum(axis=1)
+    new = items.mean(own_squares + (pulled**2).sum(axis=1))
+    number = int(items.item.max()) + 1
+    unlike = 2.0 * _squares(pulled[items.rows] / number**0.5)
+    if number == len(items.rows):  # holds
+        unlike += float(np.var(own_squares[items.rows])) / number
     judged = expected[items.rows]
-    products = judged @ judged.T
-    freedom = float(np.trace(products)) ** 2 / float((products**2).sum())
+    freedom = 2.0 / (2.0 * _squares(judged) / float((judged**2).sum()) ** 2 + unlike / new**4)
     usual = items.rms(errors) * new / items.mean((expected**2).sum(axis=1))
     own = slice(0, noise.shape[1] - slow.shape[1])
     return HeldOut(
@@ -205,6 +211,11 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
             usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
         ),
     )
+
+
+def _squares(maps: FloatArray) -> float:
+    """``tr((E Eᵀ)²)``: half the variance of the sum of squares that E makes of unit noise."""
+    return float(((maps @ maps.T) ** 2).sum())
 
 
 @dataclass(frozen=True, eq=False)
