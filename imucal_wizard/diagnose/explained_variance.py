@@ -33,7 +33,7 @@ sixteenth of a degree (0.034)."""
 
 Terms = tuple[str, ...]
 Members = tuple[Hypothesis, ...]
-TEMPERATURE, LAG = "bias-temperature", "thermal-lag"
+TEMPERATURE, LAG, WARM_UP = "bias-temperature", "thermal-lag", "warm-up"
 MIN_OTHER_SETTING = 1.5
 """Ratio of two time constants from which on they make different courses."""
 
@@ -153,8 +153,16 @@ class ExplainedVariance:
         return self._alike(first, self._effect(first).aliases, MAX_SHARE_UNLIKE)
 
     def aliases_while_settling(self, first: str) -> list[str]:
-        """The same of effects that are aliases where the temperature has settled exponentially."""
-        names = self._effect(first).aliases_while_settling
+        """The same of effects that are aliases where the temperature has settled exponentially.
+
+        The slope of a temperature is known much less well than the temperature itself: that it has
+        settled exponentially is also seen by a warm-up that makes the same as the temperature.
+        """
+        names, known = self._effect(first).aliases_while_settling, self._terms
+        course = first if first == WARM_UP else TEMPERATURE
+        other = TEMPERATURE if first == WARM_UP else WARM_UP
+        if names and course in known and self._alike(course, (other,), MAX_SHARE_UNLIKE_SETTLING):
+            return [name for name in names if name in known]
         return self._alike(first, names, MAX_SHARE_UNLIKE_SETTLING)
 
     def instead_of(self, first: str) -> list[Terms]:
@@ -211,7 +219,7 @@ class ExplainedVariance:
         """
         names = {term for one in members for term in one.terms}
         biases = [effect for effect in map(self._effect, names) if isinstance(effect, BiasEffect)]
-        known = {one.term for one in self._misfit.candidates}
+        known = self._terms
         if TEMPERATURE in names or TEMPERATURE not in known or len(biases) < len(names):
             return []
         c = self._misfit.minimum.experiment.circumstances
@@ -226,6 +234,11 @@ class ExplainedVariance:
         if len(members) == 1 or delay_of_thermometer(c, courses, self._step) != 0.0:
             return []
         return [tuple(sorted((TEMPERATURE, term))) for term in sorted(names)]
+
+    @cached_property
+    def _terms(self) -> set[str]:
+        """The effects that these data can show."""
+        return {one.term for one in self._misfit.candidates}
 
     @cached_property
     def _step(self) -> float:

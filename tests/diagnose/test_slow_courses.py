@@ -66,6 +66,18 @@ def test_the_temperature_is_listed_where_the_thermometer_is_late() -> None:
     assert ("bias-temperature", "thermal-lag") in opinion.explanations
 
 
+@pytest.mark.parametrize("step", [1.0 / 16.0, 0.25])
+def test_a_lag_is_listed_where_the_steps_of_the_thermometer_blur_the_slope(step: float) -> None:
+    """The temperature then explains more than its own slope does, and settles as the error does."""
+    warm, rise = _warm(180.0), 6.0 / 180.0
+    opinion = _opinion(
+        lambda t: np.outer(60.0 * rise * np.exp(-t / 180.0), AXES),
+        lambda t: step * np.round(warm(t) / step),
+    )
+    assert opinion.verdict is Verdict.AMBIGUOUS
+    assert ("thermal-lag",) in opinion.explanations
+
+
 def test_a_warm_up_is_named_alone_beside_a_temperature_in_whole_degrees_that_swings() -> None:
     opinion = _opinion(
         lambda t: np.outer(np.exp(-t / 120.0), 4.0 * AXES),
