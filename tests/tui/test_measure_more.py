@@ -111,6 +111,7 @@ async def test_a_recording_lists_the_poses_and_offers_no_key_to_measure_them(
         await pilot.press("n")
         text = await shows(pilot, "This is a recording", "MEASURE NEXT", "TILTED  ")
         assert "measure these now" not in text
+        assert "IF YOU LIKE" not in text
         await pilot.press("m")
         await shows(pilot, "MEASURE NEXT")
 

@@ -326,6 +326,22 @@ async def test_a_save_that_fails_is_not_hidden_by_one_that_did_not() -> None:
         assert "a.json" not in text
 
 
+async def test_where_no_sensor_is_usable_one_key_leads_on_and_none_saves() -> None:
+    source = fakes.FakeSource(replace(RESULT, step=StepKind.SAVE))
+
+    def refused(*_: object) -> Saved:
+        raise DataError("no sensor has a usable calibration")
+
+    found = fakes.report()
+    worse = {name: replace(fit, rms_held_out=500.0) for name, fit in found.sensors.items()}
+    report = replace(found, sensors=worse)
+    services = replace(fakes.services(source), fit=lambda *_: report, save=refused)
+    app = WizardApp(services, None, VIRTUAL)
+    async with app.run_test(size=USUAL) as pilot:
+        text = await shows(pilot, "not saved: no sensor has", "▸ b: back, to measure more")
+        assert "s save" not in text
+
+
 @pytest.mark.parametrize("size", [USUAL, LARGE])
 async def test_a_sensor_that_is_not_in_the_file_is_named_beside_saved(
     size: tuple[int, int], tmp_path: Path

@@ -111,6 +111,7 @@ _NOTHING = (
     "More data show smaller effects: hold new directions, and repeat the first poses (they show a "
     "drift)."
 )
+_OPTIONAL = "Nothing has to be measured: these would show smaller effects."
 _NEVER = (
     "None of the poses tried here separates them. Many more holds, stronger forces or another "
     "course of the temperature may separate them."
@@ -140,7 +141,10 @@ def next_rows(
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
         return rows if asked else [*rows, *wrapped(_NOTHING, width), line("")]
-    rows.append(line("MEASURE NEXT", "accent"))
+    optional = not asked and apart is None
+    rows.append(line("MEASURE NEXT, IF YOU LIKE" if optional else "MEASURE NEXT", "accent"))
+    if optional:
+        rows += wrapped(_OPTIONAL, width, "quiet")
     if live:
         rows.append((_LIVE,))
     else:

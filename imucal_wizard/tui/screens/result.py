@@ -13,6 +13,7 @@ from textual.events import Key
 from textual.widgets import Static
 
 from imucal_wizard.core.errors import ImucalError
+from imucal_wizard.diagnose.grade import Grade
 from imucal_wizard.estimate.second_stage.heading import compass_of
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -402,8 +403,17 @@ class SaveScreen(FitScreen):
         if action in ("export", "describe"):
             return self.state.saved is not None and not self.problem
         if action == "save_again":
-            return self.state.unsaved or (bool(self.problem) and self.state.report is not None)
+            again = (
+                bool(self.problem) and self.state.report is not None and not self._nothing_usable
+            )
+            return self.state.unsaved or again
         return super().check_action(action, parameters)
+
+    @property
+    def _nothing_usable(self) -> bool:
+        """Whether no sensor has a calibration that is better than none: none is written then."""
+        grades = self.state.grades.values()
+        return bool(grades) and all(one.grade == Grade.NOT_USABLE for one in grades)
 
     @property
     def without_result(self) -> bool:
@@ -424,6 +434,9 @@ class SaveScreen(FitScreen):
         rows = [line("Writing the calibration …", "accent")]
         if self.problem and not self._writing:
             rows = wrapped(f"▲ not saved: {self.problem}", width, "bad", indent="  ")
+            if self._nothing_usable:
+                words = way_on(self.state.grades, ended=self.state.ended)
+                rows += wrapped(f"▸ {words}", width, "accent", indent="  ")
         elif saved is not None and not self._writing:
             rows = wrapped(f"✓ {saved.path}", width, "good", indent="  ")
             for name in saved.without:
