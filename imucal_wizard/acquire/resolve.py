@@ -350,7 +350,8 @@ def _timed(
         return dropped, rate, (f"The time column does not run{at}: {instead}.",)
     back = float(np.mean(steps < 0))
     if back > _MAX_BACKWARD_SHARE:
-        message = f"The time column goes back in {back:.0%} of its steps: {instead}."
+        check = "Check which column is the time" + ", or give the samples per second" * bool(rate)
+        message = f"The time column goes back in {back:.0%} of its steps: {instead}. {check}."
         return dropped, rate, (message,)
     if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME_UNITS)),)
