@@ -65,7 +65,7 @@ def new_holds(
         low, high = fit.held_out_interval or (np.inf, -np.inf)
         inside += low <= rms <= high
         ratio[k] = (fit.rms_held_out or np.nan) / rms
-    return inside / sessions, float(np.sqrt(np.mean(ratio**2)))
+    return inside / sessions, float(np.sqrt(np.nanmean(ratio**2)))
 
 
 def scatter(

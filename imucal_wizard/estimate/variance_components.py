@@ -195,6 +195,9 @@ def _deviance(system: System, found: Balance) -> float:
     sizes, known = system.value + found.step, found.precision > 0.0
     size = np.log(found.variance).sum() - np.log(found.precision[known]).sum()
     shown = left**2 @ (1.0 / found.variance) + found.precision @ sizes**2
+    if len(system.away):
+        away = system.away + found.step
+        shown += away @ system.information @ away
     return float(size + np.linalg.slogdet(found.normal)[1] + shown)
 
 
