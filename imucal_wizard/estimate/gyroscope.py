@@ -133,8 +133,8 @@ class GyroscopeExperiment(Movable):
             at_rest = RestSpectrum(rest.per_second, rest.per_sample, rest.per_sample)
             if spectrum is not None:
                 at_rest = spectrum.of_rates(start.matrix)
-            args = rotations.samples, rotations.rates(start), at_rest
-            lost = sampling_loss(*args, float(rest.per_second.mean()), float(rounding.mean()))
+            args = rotations.samples, rotations.rates(start), at_rest, float(rest.per_second.mean())
+            lost = sampling_loss(*args, float(rounding.mean()), rest.held)
         self.lost = lost
         self.long_rest = None
         if readings is not None and readings.gyroscope is not None:

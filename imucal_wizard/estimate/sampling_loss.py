@@ -18,12 +18,14 @@ How fast the power falls is taken from all rotations together, its height from e
 is put down hard, it is a hundred times that of a turn in the air.
 
 That is an upper limit: a sensor that averages from one sample to the next has white noise like one
-without a filter, and a tremor at rest hides the filter. How well the rotations close only lessens
-it: what is left of closures is noise and misfit, so noise that exceeds all of it (a 1 % test) is
-lost nowhere (``borne_out``). Where a hand holds the device, the same lessens what the holds show of
-the motion across gravity, which cancels in their means in part; where the spectrum at rest shows no
-level of the sensor's own noise, it lessens that. A misfit can delay that, but cannot make the loss
-larger than the spectrum shows.
+without a filter, a tremor at rest hides the filter, and the power may fall faster than by the
+largest p. Where a hand holds the device and the spectrum at rest shows no level of the sensor's own
+noise, its fall there is that of the hand's motion, and no filter is taken from it. How well the
+rotations close only lessens the limit: what is left of closures is noise and misfit, so noise that
+exceeds all of it (a 1 % test) is lost nowhere (``borne_out``). Where a hand holds the device, the
+same lessens what the holds show of the motion across gravity, which cancels in their means in part;
+where the spectrum at rest shows no level of the sensor's own noise, it lessens that. A misfit can
+delay that, but cannot make the loss larger than the spectrum shows.
 
 A hand that trembles at rest, too, makes the same error there: it is part of the noise at rest. A
 tremor that has n times the power at f/2 in motion then aliases n times of that at most.
@@ -57,9 +59,10 @@ from imucal_wizard.estimate.rest_spectrum import (
 
 NEAR = (0.35, 0.4)
 """Band around 3f/8, in units of f."""
-FALLS = np.linspace(2.0, 8.0, 121)
+FALLS = np.linspace(2.0, 4.0, 41)
 """Powers p that are tried: a hand's torque is at most white noise, and its rate then falls as
-1/ν²."""
+1/ν². On the flank of a tremor's peak the power falls faster than further on: a steeper fall below
+f/2 does not go on to f."""
 MIN_SHORT_P, KEPT_SHORT_P = 0.01, 0.05
 """Probability of closures as small as these under the loss that the spectrum allows, below which
 the sensor loses less, and that under the loss which is then left: the most that they allow."""
@@ -105,6 +108,7 @@ def sampling_loss(
     at_rest: RestSpectrum,
     noise: float,
     rounding: float = 0.0,
+    held: bool = False,
 ) -> SamplingLoss:
     """What the spectrum of the rates shows of each rotation beside the noise at rest.
 
@@ -114,6 +118,7 @@ def sampling_loss(
         at_rest: the spectrum of the rates at rest.
         noise: of the sensor at low frequencies, mean of the axes, rad²/s.
         rounding: variance × time by rounding that is not seen at rest, rad²/s.
+        held: a hand holds the device at rest.
     """
     power, counts = _in_motion(samples, rate)
     own = float(at_rest.half.mean()) + rounding
@@ -125,7 +130,7 @@ def sampling_loss(
     if half - own <= CLEAR * own / np.sqrt(totals[0]):
         return SamplingLoss(np.zeros(len(power)), white, at_rest.level)
     half, lower = half - own, lower - own
-    corner = at_rest.corner(noise)
+    corner = np.inf if held and not at_rest.level else at_rest.corner(noise)
 
     def image(at: float) -> FloatArray:
         """What is folded back to ``at`` for each power law with P(f/2) = 1."""
