@@ -25,6 +25,7 @@ from imucal_wizard.diagnose.profile_likelihood import (
 )
 from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals, candidate_at
 from imucal_wizard.diagnose.significance import Chances, log_odds, members
+from imucal_wizard.estimate.distributions import EXACT_FREEDOM, exceeded
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, with_split
 from imucal_wizard.estimate.held_out import (
@@ -88,8 +89,16 @@ class EffectTrial:
 
     @property
     def clear(self) -> bool:
-        """Whether any size stands out from its standard error."""
-        return bool((np.abs(self.size) >= MIN_SIZE_IN_ERRORS * self.standard_error).any())
+        """Whether any size stands out from its standard error, or all of them together.
+
+        Of a sum of sizes, no part may stand out alone.
+        """
+        size, count = self.size, len(self.size)
+        if (np.abs(size) >= MIN_SIZE_IN_ERRORS * self.standard_error).any():
+            return True
+        square = float(size @ np.linalg.pinv(self.covariance, hermitian=True) @ size)
+        least = exceeded(MIN_SIZE_IN_ERRORS**2, 1.0, EXACT_FREEDOM)
+        return exceeded(square / count, float(count), EXACT_FREEDOM) < least
 
     @cached_property
     def rms_fitted(self) -> float:

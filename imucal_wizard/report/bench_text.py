@@ -1,5 +1,6 @@
 """The findings of the bench as plain text; the bench's screen shows the same tables."""
 
+import re
 import textwrap
 from collections.abc import Sequence
 
@@ -241,6 +242,10 @@ def suspect_name(entry: Entry) -> str:
     return entry.term
 
 
+_SUM = re.compile(r"\w+(?: [+−] \w+)+ (\S+ ± \S+)")
+"""Of ``sizes_text``: sizes that only their sum or difference is known of."""
+
+
 def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
     """The parameters that stand out ± their standard errors, with the unit.
 
@@ -251,7 +256,9 @@ def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
         return ""
     trial = suspect.trial
     sizes = sizes_text(entry.effect, sensor, trial.size, trial.standard_error, trial.covariance)
-    if len(sizes) > room and suspect.candidate is not None and not entry.effect.free:
+    if len(sizes) > room and (joined := _SUM.match(sizes)):
+        sizes = f"sum {joined[1]} {entry.effect.parameters(sensor)[0].unit}"
+    elif len(sizes) > room and suspect.candidate is not None and not entry.effect.free:
         k = suspect.largest
         value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))
         parameter = entry.effect.parameters(sensor)[k]

@@ -15,7 +15,7 @@ from imucal_wizard.core.poses import FACES
 from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
-from imucal_wizard.diagnose.bench import Found
+from imucal_wizard.diagnose.bench import Found, entries_of
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import effect_text, sizes_of, sizes_text
@@ -39,7 +39,7 @@ from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.lesson import cost_of_ignoring, lesson
 from imucal_wizard.report.bench_document import bench_document
-from imucal_wizard.report.bench_text import bench_text
+from imucal_wizard.report.bench_text import bench_text, suspect_size
 from imucal_wizard.report.text import errors_text, interval_text, summary
 from tests.diagnose.recordings import MG, along, fitted, moved, refitted, tumbled
 from tests.estimate.long_holds import SIGMA, holds_of
@@ -741,6 +741,25 @@ def test_rotations_show_how_a_sum_is_split() -> None:
     assert floor == pytest.approx(plain.fit.floor, rel=0.15)
     assert held_out is not None
     assert held_out < 1.2 * plain.fit.floor
+
+
+def test_an_effect_that_shows_by_a_sum_of_its_sizes_comes_nearest() -> None:
+    """No part of the sum stands out alone; the shortest line of the table gives the sum, too."""
+    report, _ = fitted("cross-product:12:xyz", seed=0)
+    recording = Benches(refitted(report, report.holds))
+    said = diagnosis_of(recording, recording.accelerometer)
+    assert said.findings is not None
+    entries = entries_of(recording.accelerometer, said.findings)
+    first = next(one for one in entries if one.term == "cross-product")
+    assert first.suspect is not None
+    assert first.suspect.trial is not None
+    assert first.suspect.trial.clear
+    found = re.match(r"sum (\S+) ± (\S+) mg/g²$", suspect_size(first, "accelerometer", 24))
+    assert found is not None
+    size, error = map(float, found.groups())
+    assert abs(size - 12.0) < 3.0 * error
+    if said.verdict is Verdict.UNEXPLAINED:
+        assert "cross-product (xyz + yxz + zxy " in said.says
 
 
 def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
