@@ -3,8 +3,9 @@
 import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.core.quantities import as_sentence, quantity
+from imucal_wizard.core.quantities import as_sentence, listed, quantity
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import sizes_text
@@ -70,6 +71,7 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
     sentences += _slow_noise(diagnosis, bench)
     sentences += _not_shown(bench)
+    sentences += _others_as_well(diagnosis, bench)
     sentences += map(as_sentence, bench.refused)
     sentences += diagnosis.warned(*_WRONG_HOLDS)
     return [one for one in sentences if one] + _new_poses(diagnosis)
@@ -124,6 +126,29 @@ def _not_shown(bench: Bench) -> list[str]:
                 f"These data do not show {term.name} ({shown}): noise alone may make sizes like "
                 f"these{f', at the likeliest of {tried} settings' if tried > 1 else ''}. Take it "
                 "out, unless other measurements show it."
+            )
+    return said
+
+
+def _others_as_well(diagnosis: Diagnosis, bench: Bench) -> list[str]:
+    """That these data do not decide for a term that the user added, and what it may be as well."""
+    found, said = {one.term for one in bench.found}, []
+    if diagnosis.verdict is not Verdict.COMPLETE:
+        return []
+    for term in bench.fit.terms:
+        if term.effect.free or term.name in found:
+            continue
+        without = bench.copied()
+        try:
+            without.remove(term.name)
+        except DataError:
+            continue
+        opinion = without.look().opinion
+        others = [" with ".join(one) for one in opinion.explanations if term.name not in one]
+        if opinion.verdict is Verdict.AMBIGUOUS and others:
+            said.append(
+                f"These data do not decide for {term.name}: {listed(others, 'or')} may be the "
+                "cause as well."
             )
     return said
 

@@ -776,6 +776,18 @@ def test_a_lag_is_listed_beside_what_it_equals_in_a_single_warm_up() -> None:
     assert "rises and falls" in words
 
 
+def test_a_term_added_by_hand_is_said_to_be_one_of_several() -> None:
+    """The model is complete with it, and would be with another one; a clear effect stands alone."""
+    recording = Benches(*fitted("bias-temperature:2:x", poses="26", seed=5))
+    recording.accelerometer.add("bias-temperature")
+    said = diagnosis_of(recording, recording.accelerometer)
+    assert said.verdict is Verdict.COMPLETE
+    assert re.search(r"do not decide for bias-temperature: [^.]*\bthermal-lag\b", said.says)
+    clear = Benches(*fitted("second-order:5:x", poses="26", seed=3))
+    clear.accelerometer.add("second-order")
+    assert "do not decide" not in diagnosis_of(clear, clear.accelerometer).says
+
+
 def test_two_effects_of_one_slow_family_are_listed_where_one_may_be_enough() -> None:
     recording = Benches(*fitted("bias-temperature:2:x", poses="26", seed=5))
     said = diagnosis_of(recording, recording.accelerometer)
