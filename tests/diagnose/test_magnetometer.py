@@ -216,6 +216,21 @@ def test_a_current_that_was_recorded_for_half_of_the_time_is_not_made_up_for_the
     assert "current" not in [suspect.term for suspect in bench.look().suspects]
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_strong_current_that_is_switched_disturbs_no_pose(seed: int) -> None:
+    """Of 2 µT/A it moves the field far above the noise in the middle of a pose."""
+    said = diagnose_benches(tumbled("magnetometer/current:2:x", seed=seed), {}, automatic=True)
+    field = next(one for one in said if one.sensor == "magnetometer")
+    assert field.bench is not None
+    assert [term.name for term in field.bench.fit.terms] == ["current"]
+    assert field.verdict is not Verdict.DISTURBED
+    left, noise = field.bench.fit.rms_held_out, field.bench.fit.floor
+    assert left is not None
+    assert noise is not None
+    assert noise < 0.06
+    assert left < 1.5 * noise
+
+
 def test_a_throttle_is_fitted_per_per_cent() -> None:
     """The unit of the size is that of what was recorded."""
     benches = tumbled("magnetometer/current:0.3:x")

@@ -19,7 +19,14 @@ from imucal_wizard.estimate.magnetometer.pieces import (
     visits_of,
 )
 from imucal_wizard.estimate.magnetometer.start import FieldModel, FieldStart
-from imucal_wizard.estimate.magnetometer.surroundings import around, flows, recorded, within
+from imucal_wizard.estimate.magnetometer.surroundings import (
+    around,
+    by_current,
+    flows,
+    part_of_current,
+    recorded,
+    within,
+)
 from imucal_wizard.estimate.noise import shrunk
 from imucal_wizard.measurement.rounding import (
     resolution_of,
@@ -161,9 +168,13 @@ def field_data(
     magnetic = (pieces.reading - bias) @ matrix.T
     size = np.linalg.norm(magnetic, axis=1)
     (reading,) = pieces.scatter(values)
-    single, freedom = pieces.noise(np.linalg.norm((values - bias) @ matrix.T, axis=1))
+    # a current that is switched is no noise
+    slope = by_current(values, beside[:, 1])
+    without = values - part_of_current(beside[:, 1], slope) - bias
+    single, freedom = pieces.noise(np.linalg.norm(without @ matrix.T, axis=1))
     per_sample = pieces.spread(shrunk(single, freedom))
-    ratio, error = piece_noise(pieces, size, per_sample)
+    without = pieces.reading - part_of_current(pieces.beside[:, 1], slope) - bias
+    ratio, error = piece_noise(pieces, np.linalg.norm(without @ matrix.T, axis=1), per_sample)
     # thousands of samples know their own scatter far better than the means of pieces do
     white = ratio > 0.0 and abs(np.log(ratio)) < EQUAL_NOISE * error
     noise = (1.0 if white else ratio) * per_sample
@@ -328,10 +339,20 @@ def field_unit(unit: str, magnitude: float) -> FieldUnit:
     return FieldUnit(unit, magnitude / USUAL_FIELD) if unit == COUNT else FieldUnit()
 
 
+SWITCHED = 5.0
+"""Noise of a sample, in units of which a current that is switched moves the field visibly."""
+BESIDE_SWITCHING = 2
+"""Samples before and after, in which the current may be that of before or after."""
+MAX_SWITCHED = 0.3
+"""Share of samples beside which a current is switched, above which it is never steady."""
+
+
 def _used(start: FieldStart, readings: Readings | None) -> tuple[BoolArray, tuple[LeftOut, ...]]:
     """Which samples are fitted, and which stretches are not.
 
     A disturbance that lasts is fitted, and so is one that a current may explain, but never a spike.
+    Where a current is switched, nobody knows to which side of it a sample belongs: the sensors are
+    not read at one instant.
     """
     series, used = start.series, start.kept.copy()
     current = None if readings is None else readings.current
@@ -347,4 +368,14 @@ def _used(start: FieldStart, readings: Readings | None) -> tuple[BoolArray, tupl
         calm = off <= SPIKE_SIGMAS * max(robust_deviation(off), 1e-9 * float(size.mean()))
         for run in explained:
             used |= calm & (series.time >= run.start) & (series.time <= run.end)
+    beside = recorded(series.time, readings)[:, 1]
+    slope = by_current(series.values, beside)
+    if slope.any():
+        change = np.diff(series.values, axis=0)
+        moved = np.abs(np.outer(np.diff(beside), slope))
+        loud = (moved > SWITCHED * np.median(np.abs(change), axis=0)).any(axis=1)
+        beside_both = np.ones(2 * BESIDE_SWITCHING)
+        near = np.convolve(loud, beside_both)[BESIDE_SWITCHING - 1 :][: len(used)] > 0.0
+        if near.mean() < MAX_SWITCHED:
+            used &= ~near
     return used, tuple(run for run in start.left_out if run not in explained)

@@ -27,6 +27,7 @@ from imucal_wizard.estimate.magnetometer.field_data import (
 )
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut, line_of
 from imucal_wizard.estimate.magnetometer.start import NO_ELLIPSOID, FieldStart, field_start
+from imucal_wizard.estimate.magnetometer.surroundings import by_current, part_of_current, recorded
 from imucal_wizard.estimate.method_data import Estimator, MethodEstimate
 from imucal_wizard.estimate.methods import DEFAULTS, method_of
 from imucal_wizard.estimate.parameters import converted_covariance, with_errors
@@ -151,7 +152,9 @@ def fit_magnetometer(
         UsageError: no method of that name.
     """
     published = None if method == DEFAULTS["magnetometer"] else method_of("magnetometer", method)
-    start = field_start(series)
+    current = recorded(series.time, readings)[:, 1]
+    part = part_of_current(current, by_current(series.values, current))
+    start = field_start(series, part)
     warning = check_field(start.radius, series.unit, field)
     try:
         with np.errstate(all="ignore"):

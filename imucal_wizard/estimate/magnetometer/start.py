@@ -106,7 +106,7 @@ class FieldStart:
 
     Attributes:
         series: the readings, each once, in the order of time.
-        cloud: the same, dimensionless.
+        cloud: the same, dimensionless, without what is known to be no disturbance.
         theta: the ellipsoid ``|P (z − b)| = 1``, shape (9,).
         kept: which samples are undisturbed, shape (n,).
         left_out: the others, sizes in the readings' unit.
@@ -132,11 +132,12 @@ class FieldStart:
         return self.cloud.shape(self.theta) * magnitude, self.cloud.bias(self.theta)
 
 
-def field_start(series: Series) -> FieldStart:
+def field_start(series: Series, known: FloatArray | None = None) -> FieldStart:
     """Robust ellipsoid, disturbed samples and model of the readings of a turned device.
 
     Args:
         series: readings in the order of time, each once.
+        known: the part of the readings that is no disturbance, such as that of a current, (n, 3).
 
     Raises:
         DataError: the readings do not determine a calibration; the message says why.
@@ -145,7 +146,8 @@ def field_start(series: Series) -> FieldStart:
     try:
         # what overflows or divides by nothing ends as a number that is none, and is refused
         with np.errstate(all="ignore"):
-            return _started(series, make_cloud(series.values))
+            still = series.values if known is None else series.values - known
+            return _started(series, make_cloud(still))
     except np.linalg.LinAlgError:
         raise missing_shell(series.values) or DataError(NO_ELLIPSOID) from None
 

@@ -43,6 +43,35 @@ def recorded(time: FloatArray, readings: Readings | None) -> FloatArray:
     return np.column_stack([temperature, current_at(readings.current, time)])
 
 
+CLEAR_SLOPE = 5.0
+"""Standard errors from which on the field is known to jump with the current."""
+
+
+def by_current(values: FloatArray, current: FloatArray) -> FloatArray:
+    """By how much the readings jump when the current does, per unit of it, shape (3,).
+
+    Only to judge noise and disturbances, without a model: a current is switched from one sample to
+    the next, in which the device hardly turns. Zero where no current is known everywhere or the
+    readings do not follow it.
+
+    Args:
+        values: readings in the order of time, shape (n, 3).
+        current: beside them, NaN where unknown, shape (n,).
+    """
+    jumps, change = np.diff(current), np.diff(values, axis=0)
+    square = float(jumps @ jumps)
+    if not 0.0 < square < np.inf:
+        return np.zeros(3)
+    slope = jumps @ change / square
+    error = np.sqrt(((change - np.outer(jumps, slope)) ** 2).mean(axis=0) / square)
+    return np.where(np.abs(slope) > CLEAR_SLOPE * error, slope, 0.0)
+
+
+def part_of_current(current: FloatArray, slope: FloatArray) -> FloatArray:
+    """What a current adds to the readings, about its mean, shape (n, 3)."""
+    return np.outer(np.nan_to_num(current - current.mean()), slope)
+
+
 def around(
     time: FloatArray,
     magnetic: FloatArray,
