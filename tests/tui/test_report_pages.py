@@ -26,7 +26,7 @@ from imucal_wizard.run.snapshot import Snapshot, StreamStatus
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.drawing import rose
 from imucal_wizard.tui.panels.report import fit_summary, magnetic_parts, parameter_table
-from imucal_wizard.tui.screens.heading import course_rows
+from imucal_wizard.tui.screens.heading import course_rows, effects_of
 from imucal_wizard.tui.widgets.big_text import BigText
 from tests.tui import fakes
 from tests.tui.terminals import LARGE, USUAL, VIRTUAL, app_with, page, printed
@@ -165,6 +165,21 @@ def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned:
     x, y, z = stream.magnetometer
     now = heading_of(aligned, replace(stream, magnetometer=(x + 60.0, y, z)))
     assert "▲ iron is near it" in page(course_rows(now, aligned, 76))
+
+
+def test_what_the_live_heading_is_not_corrected_for_is_told_in_place_of_iron(
+    turned: Readings, aligned: FitReport
+) -> None:
+    assert effects_of(aligned) == ""
+    fit = replace(aligned.sensors["magnetometer"], terms=(Term(effect("current")),))
+    assert effects_of(replace(aligned, sensors={"magnetometer": fit})) == "current"
+    stream = in_hold(turned, aligned, level_hold(aligned))
+    assert stream.magnetometer is not None
+    x, y, z = stream.magnetometer
+    now = heading_of(aligned, replace(stream, magnetometer=(x + 60.0, y, z)))
+    text = page(course_rows(now, aligned, 76, "current"))
+    assert "not corrected for current" in text
+    assert "iron" not in text
 
 
 def test_near_the_vertical_a_text_replaces_the_heading(

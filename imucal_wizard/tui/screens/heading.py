@@ -9,7 +9,7 @@ from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.core.quantities import number, true_minus, unit_sign
+from imucal_wizard.core.quantities import listed, number, true_minus, unit_sign
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.estimate.second_stage.heading import Compass
 from imucal_wizard.estimate.second_stage.live_heading import LiveHeading, live_heading
@@ -53,6 +53,7 @@ class HeadingScreen(LiveScreen):
         self.step = step
         self._report = report
         self._compass = compass
+        self._left_out = effects_of(state.result)
         self._readings: object = None
         self._course: LiveHeading | None = None
 
@@ -89,7 +90,8 @@ class HeadingScreen(LiveScreen):
             self.query_one(f"#heading-{name}", BigText).say(large(value))
         self.lines("course").draw(
             lambda width, _: [
-                *_stale(snapshot, width - 2), *course_rows(now, self._report, width - 2)
+                *_stale(snapshot, width - 2),
+                *course_rows(now, self._report, width - 2, self._left_out),
             ]
         )  # fmt: skip
 
@@ -112,11 +114,31 @@ def large(degrees: float) -> str:
     return f"{degrees % 360.0:.1f}°" if math.isfinite(degrees) else "–"
 
 
-def course_rows(now: LiveHeading | None, report: FitReport, width: int) -> list[Line]:
-    """The heading with its error; whether field and dip are those of the calibration."""
+def effects_of(result: FitReport | None) -> str:
+    """The effects in the models of accelerometer and magnetometer, in words; "" for none."""
+    sensors = {} if result is None else result.sensors
+    fits = [sensors[name] for name in ("accelerometer", "magnetometer") if name in sensors]
+    names = list(dict.fromkeys(term.name for fit in fits for term in fit.terms))
+    return listed(names) if names else ""
+
+
+def course_rows(
+    now: LiveHeading | None, report: FitReport, width: int, left_out: str = ""
+) -> list[Line]:
+    """The heading with its error; whether field and dip are those of the calibration.
+
+    Args:
+        now: the heading.
+        report: the fit that makes it.
+        width: columns there are.
+        left_out: effects of the model that the heading is not corrected for, in words.
+    """
     if now is None:
         return [line("no reading of the magnetometer yet", "quiet")]
-    rows = [_after(now), _change(now), _field(now, report), _dip(now)]
+    rows = [_after(now), _change(now), _field(now, report, left_out), _dip(now, left_out)]
+    if left_out:
+        words = f"▲ This heading is not corrected for {left_out}; what is saved is."
+        rows = [*wrapped(words, width, "warn", indent="  "), *rows]
     if report.second_stage is None:
         return rows
     change, left = np.degrees(heading_summary(report.second_stage.headings))
@@ -157,19 +179,19 @@ def _change(now: LiveHeading) -> Line:
     )
 
 
-def _field(now: LiveHeading, report: FitReport) -> Line:
+def _field(now: LiveHeading, report: FitReport, left_out: str) -> Line:
     if report.magnetic is None or now.size_then is None:
         return ()
     unit = unit_sign(report.magnetic.fit.unit)
     text = f"field {number(now.size)} {unit}, {number(now.size_then)} when calibrated "
-    return (text, ""), _trust(now.same_field, "iron is near it, or another place")
+    return (text, ""), _trust(now.same_field, left_out or "iron is near it, or another place")
 
 
-def _dip(now: LiveHeading) -> Line:
+def _dip(now: LiveHeading, left_out: str) -> Line:
     if now.dip_then is None:
         return ()
     text = true_minus(f"dip {now.dip:.1f}°, {now.dip_then:.1f}° when calibrated ")
-    return (text, ""), _trust(now.same_dip, "it is being moved, or iron is near it")
+    return (text, ""), _trust(now.same_dip, left_out or "it is being moved, or iron is near it")
 
 
 def _trust(same: bool, otherwise: str) -> Span:
