@@ -3,6 +3,7 @@
 import re
 import threading
 import time
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,12 +12,15 @@ import pytest
 from imucal_wizard.api import load
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.state import Status
 from imucal_wizard.measurement.holds import Collected
+from imucal_wizard.model.catalogue import effect
+from imucal_wizard.model.terms import Term
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
 from imucal_wizard.tui.options import AppSettings, WizardOptions
@@ -85,6 +89,25 @@ async def test_only_a_good_result_goes_on_by_itself_and_every_verdict_is_heard(
         await until(pilot, lambda: len(rung) == bells)
         good = gyroscope is Verdict.COMPLETE
         await until(pilot, lambda: good == (("validate", "") in source.commands))
+
+
+async def test_effects_that_an_earlier_bench_has_left_stop_what_goes_on_by_itself(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    source = fakes.FakeSource(RESULT)
+    app = WizardApp(all_good(source), AppSettings(countdown=0.1), VIRTUAL)
+    judged = app.state.judged
+
+    def with_effect(result: FitReport, diagnoses: Mapping[str, Diagnosis]) -> None:
+        fit = replace(result.sensors["accelerometer"], terms=(Term(effect("asymmetry")),))
+        judged(replace(result, sensors={**result.sensors, "accelerometer": fit}), diagnoses)
+
+    monkeypatch.setattr(app.state, "judged", with_effect)
+    async with app.run_test(size=USUAL) as pilot:
+        await until(pilot, lambda: bool(app.state.grades))
+        await pilot.pause(1.0)
+        assert source.commands == []
+        await shows(pilot, "v: validate with a few new poses")
 
 
 async def test_everything_is_reached_by_scrolling() -> None:

@@ -242,7 +242,10 @@ class ResultScreen(FitScreen):
         """
         settings = self.state.settings
         alone = settings.auto or settings.quit_after or self.state.services.exercise
-        if self._leaves and (alone or self.state.good):
+        result = self.state.result
+        # effects that an earlier bench has left in the model are for the operator to judge
+        plain = result is not None and not any(fit.terms for fit in result.sensors.values())
+        if self._leaves and (alone or (self.state.good and plain)):
             self._leaves = False
             self._deadline = time.monotonic() + settings.countdown
             self.set_interval(0.5, self._count_down)
