@@ -1,11 +1,15 @@
 """What the bench asks for beyond the plan: exactly that, by itself, and back to the result."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.poses import DIRECTIONS, TILTS
+from imucal_wizard.core.readings import Series
 from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.state import Event
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import (
     MeasurementRequest,
@@ -169,6 +173,31 @@ def test_poses_that_need_a_warm_device_come_last() -> None:
     _, machine = at_result("+x")
     ask(machine, pose_asked("+x", warm=True), pose_asked("-z"))
     assert machine.status().wanted == "-z"
+
+
+def test_a_pose_for_a_warm_device_is_asked_again_until_it_is_warm() -> None:
+    """One instruction: how warm, and the same pose; the cold hold counts for nothing asked."""
+    device, machine = at_result("+x")
+
+    def held(pose: str, degrees: float) -> list[Event]:
+        readings = device.hold(pose).taken()
+        time = readings.accelerometer.time
+        warmth = Series(time, np.full((len(time), 1), degrees), "degC")
+        return [*machine.feed(replace(readings, temperature=warmth))]
+
+    ask(machine, pose_asked("+y", warm=True), pose_asked("-z"))
+    held("-z", 24.0)
+    events = held("+y", 28.0)
+    said = texts(events, EventKind.WARNING)
+    assert said == [
+        "The device has only 28 °C: warm it to at least 29 °C, then hold this pose again."
+    ]
+    assert not texts(events, EventKind.HOLD_TAKEN)
+    assert machine.status().wanted == "+y"
+    assert "warm it first" in machine.status().detail
+    device.place("+x")
+    held("+y", 39.5)
+    assert machine.status().step is StepKind.RESULT
 
 
 def test_before_a_result_nothing_more_is_asked_for() -> None:

@@ -150,6 +150,12 @@ class DirectionsStage:
                 self._refuse(up)
             return
         again = found not in self.missing
+        least = self._least_warm(kept)
+        if found.warm and not again and least:
+            cold = f"The device has only {kept.hold.temperature:.0f} °C"
+            text = f"{cold}: warm it to at least {least:.0f} °C, then hold this pose again."
+            context.emit(EventKind.WARNING, text)
+            return
         kept.ticks[kind] = found.key
         if kind is StepKind.UP_DOWN and context.procedure.count_faces:
             kept.ticks[StepKind.POSES] = found.key
@@ -163,12 +169,6 @@ class DirectionsStage:
             return
         done, wanted = self.tally
         context.emit(EventKind.HOLD_TAKEN, f"{found.label} taken, {done:.0f} of {wanted:.0f}.")
-        if found.warm and self._cold(kept):
-            text = (
-                f"The temperature was only {kept.hold.temperature:.0f} °C. Warm the device and "
-                "repeat this pose."
-            )
-            context.emit(EventKind.WARNING, text)
 
     def _count_onwards(self, kept: KeptHold, up: FloatArray) -> None:
         """Count the hold for the poses of the next step too."""
@@ -181,11 +181,14 @@ class DirectionsStage:
                 EventKind.HOLD_TAKEN, f"{label(pose)} also counts as one of the poses."
             )
 
-    def _cold(self, kept: KeptHold) -> bool:
+    def _least_warm(self, kept: KeptHold) -> float:
+        """The temperature that a warm device must have, °C, if it has less; 0 if it is warm."""
         holds = (one.hold.temperature for one in self._context.measurements.holds)
         known = [value for value in holds if value is not None]
         now = kept.hold.temperature
-        return now is not None and bool(known) and now < min(known) + MIN_WARMING
+        if now is None or not known or now >= min(known) + MIN_WARMING:
+            return 0.0
+        return min(known) + MIN_WARMING
 
     def _refuse(self, up: FloatArray | None) -> None:
         if up is None:
