@@ -51,6 +51,7 @@ async def test_the_verdict_is_read_from_two_metres_and_says_what_has_moved() -> 
             "5.10 mg, limit 2.00 mg",
             "bias_x +5.00 ± 0.30 mg (17 σ) since",
             "calibrate the device again",
+            "of the poses held before it",
         )
         await pilot.press("b")
         await until(pilot, lambda: ("back", "") in source.commands)

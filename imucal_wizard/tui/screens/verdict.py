@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 _STYLES = {"go": "good", "no-go": "bad", "insufficient": "warn", "reported": ""}
 
 
+_UNTIL_HERE = (
+    "This verdict is of the poses held before it. If anything has changed since, start a new "
+    "recheck."
+)
+
+
 class VerdictScreen(LiveScreen):
     """Judges in a thread, and shows the verdict."""
 
@@ -96,4 +102,5 @@ class VerdictScreen(LiveScreen):
                 for moved in one.moved
             ]
             rows += [line(f"  {text}", "quiet") for text in seen_text(one)]
-        return [*rows, line(""), *wrapped(found.says, width)]
+        rows += [line(""), *wrapped(found.says, width), line("")]
+        return [*rows, *wrapped(_UNTIL_HERE, width, "quiet")]
