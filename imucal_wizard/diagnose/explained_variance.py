@@ -29,6 +29,9 @@ MAX_SHARE_UNLIKE_SETTLING = 0.05
 """The same of effects that are aliases while the temperature settles exponentially: by so much the
 slope of a temperature that rises by 4 °C differs from it where a thermometer has steps of a
 sixteenth of a degree (0.034)."""
+MAX_SHARE_UNLIKE_BLURRED = 0.5
+"""The same where the temperature itself is seen to settle: coarse steps blur its slope so far. A
+temperature that rises steadily has a slope that makes nothing."""
 
 
 Terms = tuple[str, ...]
@@ -161,9 +164,10 @@ class ExplainedVariance:
         names, known = self._effect(first).aliases_while_settling, self._terms
         course = first if first == WARM_UP else TEMPERATURE
         other = TEMPERATURE if first == WARM_UP else WARM_UP
-        if names and course in known and self._alike(course, (other,), MAX_SHARE_UNLIKE_SETTLING):
-            return [name for name in names if name in known]
-        return self._alike(first, names, MAX_SHARE_UNLIKE_SETTLING)
+        most = MAX_SHARE_UNLIKE_SETTLING
+        if names and course in known and self._alike(course, (other,), most):
+            most = MAX_SHARE_UNLIKE_BLURRED
+        return self._alike(first, names, most)
 
     def instead_of(self, first: str) -> list[Terms]:
         """What may act where one effect of a family is named: two of it, or the temperature.

@@ -194,7 +194,7 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     errors, expected = _settings_chosen_again(found, out), out.errors[:, 1:]
     own_squares = (noise**2).sum(axis=1)
     new = items.mean(own_squares + (pulled**2).sum(axis=1))
-    number = int(items.item.max()) + 1
+    number = int(items.item.max(initial=0)) + 1
     unlike = 2.0 * _squares(pulled[items.rows] / number**0.5)
     if number == len(items.rows):  # holds
         unlike += float(np.var(own_squares[items.rows])) / number

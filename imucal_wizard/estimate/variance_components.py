@@ -136,23 +136,23 @@ def balanced(system: System, kept: BoolArray | None = None) -> Balance:
         kept: rows whose kind has an excess without a test, shape (n,); none by default.
     """
     count = np.bincount(system.kinds)
-    precision, none = system.precision.copy(), np.zeros(len(count), bool)
+    precision = system.precision.copy()
+    without_test = np.zeros(len(count), bool)
+    if kept is not None:
+        without_test = np.bincount(system.kinds, kept) > 0
     for group in system.groups:
         precision[group] /= WIDE_PRIOR
     found = solved(system, system.own, precision)
     if found.freedom.min(initial=MIN_FREEDOM_FOR_WIDE_PRIOR) < MIN_FREEDOM_FOR_WIDE_PRIOR:
         scatter = np.bincount(system.kinds, system.residual**2) / count
         scattered = solved(system, system.own + scatter[system.kinds], system.precision)
-        with_excess = _iterated(system, scattered, ~none)
+        with_excess = _iterated(system, scattered, np.ones(len(count), bool))
         if not system.groups or (with_excess.variance == system.own).all():
             return with_excess
-        without = _iterated(system, solved(system, system.own, system.precision), none)
+        without = _iterated(system, solved(system, system.own, system.precision), without_test)
         likelier = _deviance(system, with_excess) - _deviance(system, without)
         return without if likelier > MIN_DEVIANCE else with_excess
-    wanted = _beyond_noise(system, found)
-    if kept is not None:
-        wanted |= np.bincount(system.kinds, kept) > 0
-    return _iterated(system, found, wanted)
+    return _iterated(system, found, without_test | _beyond_noise(system, found))
 
 
 def _beyond_noise(system: System, found: Balance) -> BoolArray:

@@ -172,7 +172,8 @@ def widened_where_open(
     Of sizes of which the rows show a combination, like ``a + b``, the prior alone tells how far
     each may be from its part. One of them may make all of it, and the other sizes of the term
     nothing: the width follows from these sizes, as the sum of the squares of what the rows show of
-    them over the number of combinations that the rows show.
+    them over the number of combinations that the rows show. If one of k sizes makes all of their
+    sum, it is about √k − 1/√k standard errors from its part.
 
     Args:
         precision: of the priors, one width for each term, shape (p,).

@@ -242,8 +242,8 @@ def suspect_name(entry: Entry) -> str:
     return entry.term
 
 
-_SUM = re.compile(r"\w+(?: [+−] \w+)+ (\S+ ± \S+)")
-"""Of ``sizes_text``: sizes that only their sum or difference is known of."""
+_SUM = re.compile(r"\w+(?: \+ \w+)+ (\S+ ± [^\s,]+)")
+"""Of ``sizes_text``: sizes that only their sum is known of."""
 
 
 def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
@@ -257,7 +257,7 @@ def suspect_size(entry: Entry, sensor: str, room: int = 99) -> str:
     trial = suspect.trial
     sizes = sizes_text(entry.effect, sensor, trial.size, trial.standard_error, trial.covariance)
     if len(sizes) > room and (joined := _SUM.match(sizes)):
-        sizes = f"sum {joined[1]} {entry.effect.parameters(sensor)[0].unit}"
+        sizes = with_unit(f"sum {joined[1]}", entry.effect.parameters(sensor)[0].unit)
     elif len(sizes) > room and suspect.candidate is not None and not entry.effect.free:
         k = suspect.largest
         value = plus_minus(float(trial.size[k]), float(trial.standard_error[k]))

@@ -10,7 +10,7 @@ from benchmarks.hidden_field.recording import CONSUMER, Colour, record
 from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
 from benchmarks.hidden_field.strangers import Waves
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
@@ -20,6 +20,9 @@ from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagn
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit import fit
+from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
+from imucal_wizard.estimate.magnetometer.surroundings import by_current
+from imucal_wizard.estimate.magnetometer.surroundings import recorded as recorded_beside
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.formula import FormulaEffect
@@ -229,6 +232,26 @@ def test_a_strong_current_that_is_switched_disturbs_no_pose(seed: int) -> None:
     assert noise is not None
     assert noise < 0.06
     assert left < 1.5 * noise
+
+
+@pytest.mark.parametrize("rate", [1.0, 5.0])
+def test_a_current_that_does_nothing_changes_no_noise(rate: float) -> None:
+    """Recorded more slowly than the field, it is a ramp where the device turns, too."""
+    plain = tumbled()
+    assert plain.readings is not None
+    assert plain.readings.magnetometer is not None
+    series = plain.readings.magnetometer
+    rng = np.random.default_rng(11)
+    time = np.arange(series.time[0], series.time[-1] + 1.0 / rate, 1.0 / rate)
+    steps = np.repeat(rng.uniform(0.0, 12.0, len(time)), round(7.0 * rate))[: len(time), None]
+    drawn = replace(plain.readings, current=Series(time, steps, "A"))
+    slope = by_current(series.values, recorded_beside(series.time, drawn)[:, 1])
+    np.testing.assert_array_equal(slope, 0.0)
+    without = fit_magnetometer(series).fit
+    with_it = fit_magnetometer(series, readings=drawn).fit
+    assert with_it.floor is not None
+    assert without.floor is not None
+    assert with_it.floor < 1.1 * without.floor
 
 
 def test_a_throttle_is_fitted_per_per_cent() -> None:

@@ -78,6 +78,15 @@ def test_a_lag_is_listed_where_the_steps_of_the_thermometer_blur_the_slope(step:
     assert ("thermal-lag",) in opinion.explanations
 
 
+def test_no_lag_is_listed_where_the_temperature_rises_steadily() -> None:
+    """Its slope is one number, which the bias absorbs."""
+    opinion = _opinion(
+        lambda t: np.outer(6.0 * t / 300.0, AXES), lambda t: np.round((24.0 + t / 50.0) * 16) / 16
+    )
+    assert ("bias-temperature",) in opinion.explanations
+    assert ("thermal-lag",) not in opinion.explanations
+
+
 def test_a_warm_up_is_named_alone_beside_a_temperature_in_whole_degrees_that_swings() -> None:
     opinion = _opinion(
         lambda t: np.outer(np.exp(-t / 120.0), 4.0 * AXES),

@@ -190,7 +190,7 @@ def test_a_pose_for_a_warm_device_is_asked_again_until_it_is_warm() -> None:
     events = held("+y", 28.0)
     said = texts(events, EventKind.WARNING)
     assert said == [
-        "The device has only 28 °C: warm it to at least 29 °C, then hold this pose again."
+        "The device has only 28.0 °C: warm it to at least 29.0 °C, then hold this pose again."
     ]
     assert not texts(events, EventKind.HOLD_TAKEN)
     assert machine.status().wanted == "+y"

@@ -170,16 +170,22 @@ def test_iron_nearby_is_told_by_the_size_of_the_field(turned: Readings, aligned:
 def test_what_the_live_heading_is_not_corrected_for_is_told_in_place_of_iron(
     turned: Readings, aligned: FitReport
 ) -> None:
-    assert effects_of(aligned) == ""
+    assert effects_of(aligned, "magnetometer") == ""
     fit = replace(aligned.sensors["magnetometer"], terms=(Term(effect("current")),))
-    assert effects_of(replace(aligned, sensors={"magnetometer": fit})) == "current"
+    report = replace(aligned, sensors={"magnetometer": fit})
+    assert effects_of(report, "accelerometer", "magnetometer") == "current"
+    assert effects_of(report, "accelerometer") == ""
     stream = in_hold(turned, aligned, level_hold(aligned))
     assert stream.magnetometer is not None
     x, y, z = stream.magnetometer
     now = heading_of(aligned, replace(stream, magnetometer=(x + 60.0, y, z)))
-    text = page(course_rows(now, aligned, 76, "current"))
+    text = page(course_rows(now, aligned, 76, "current", "current"))
     assert "not corrected for current" in text
-    assert "iron" not in text
+    assert "when calibrated ▲ current; else iron is near it" in text
+    # an effect of the accelerometer changes no size of the field
+    text = page(course_rows(now, aligned, 76, "asymmetry"))
+    assert "not corrected for asymmetry" in text
+    assert "when calibrated ▲ iron is near it" in text
 
 
 def test_near_the_vertical_a_text_replaces_the_heading(

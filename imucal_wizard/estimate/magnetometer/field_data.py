@@ -340,7 +340,7 @@ def field_unit(unit: str, magnitude: float) -> FieldUnit:
 
 
 SWITCHED = 5.0
-"""Noise of a sample, in units of which a current that is switched moves the field visibly."""
+"""Usual change from one sample to the next, in units of which a switched current is seen."""
 BESIDE_SWITCHING = 2
 """Samples before and after, in which the current may be that of before or after."""
 MAX_SWITCHED = 0.3
@@ -371,11 +371,11 @@ def _used(start: FieldStart, readings: Readings | None) -> tuple[BoolArray, tupl
     beside = recorded(series.time, readings)[:, 1]
     slope = by_current(series.values, beside)
     if slope.any():
-        change = np.diff(series.values, axis=0)
-        moved = np.abs(np.outer(np.diff(beside), slope))
-        loud = (moved > SWITCHED * np.median(np.abs(change), axis=0)).any(axis=1)
-        beside_both = np.ones(2 * BESIDE_SWITCHING)
-        near = np.convolve(loud, beside_both)[BESIDE_SWITCHING - 1 :][: len(used)] > 0.0
+        change = np.median(np.abs(np.diff(series.values, axis=0)), axis=0)
+        usual = np.maximum(change, resolution_of(series.values) / np.sqrt(12.0))
+        loud = (np.abs(np.outer(np.diff(beside), slope)) > SWITCHED * usual).any(axis=1)
+        near = np.convolve(loud, np.ones(2 * BESIDE_SWITCHING))
+        near = near[BESIDE_SWITCHING - 1 :][: len(used)] > 0.0
         if near.mean() < MAX_SWITCHED:
             used &= ~near
     return used, tuple(run for run in start.left_out if run not in explained)

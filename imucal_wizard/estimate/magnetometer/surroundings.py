@@ -50,15 +50,15 @@ CLEAR_SLOPE = 5.0
 def by_current(values: FloatArray, current: FloatArray) -> FloatArray:
     """By how much the readings jump when the current does, per unit of it, shape (3,).
 
-    Only to judge noise and disturbances, without a model: a current is switched from one sample to
-    the next, in which the device hardly turns. Zero where no current is known everywhere or the
-    readings do not follow it.
+    Only to judge noise and disturbances, without a model: by second differences, in which a
+    current that is switched stands out from the turning of the device. Zero where no current is
+    known everywhere or the readings do not follow it.
 
     Args:
         values: readings in the order of time, shape (n, 3).
         current: beside them, NaN where unknown, shape (n,).
     """
-    jumps, change = np.diff(current), np.diff(values, axis=0)
+    jumps, change = np.diff(current, 2), np.diff(values, 2, axis=0)
     square = float(jumps @ jumps)
     if not 0.0 < square < np.inf:
         return np.zeros(3)

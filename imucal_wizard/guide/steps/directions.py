@@ -151,9 +151,9 @@ class DirectionsStage:
             return
         again = found not in self.missing
         least = self._least_warm(kept)
-        if found.warm and not again and least:
-            cold = f"The device has only {kept.hold.temperature:.0f} °C"
-            text = f"{cold}: warm it to at least {least:.0f} °C, then hold this pose again."
+        if found.warm and not again and least is not None:
+            cold = f"The device has only {kept.hold.temperature:.1f} °C"
+            text = f"{cold}: warm it to at least {least:.1f} °C, then hold this pose again."
             context.emit(EventKind.WARNING, text)
             return
         kept.ticks[kind] = found.key
@@ -181,13 +181,16 @@ class DirectionsStage:
                 EventKind.HOLD_TAKEN, f"{label(pose)} also counts as one of the poses."
             )
 
-    def _least_warm(self, kept: KeptHold) -> float:
-        """The temperature that a warm device must have, °C, if it has less; 0 if it is warm."""
-        holds = (one.hold.temperature for one in self._context.measurements.holds)
-        known = [value for value in holds if value is not None]
+    def _least_warm(self, kept: KeptHold) -> float | None:
+        """The temperature that a warm device must have, °C, if it has less; None if it is warm.
+
+        Also None where the temperature is not known, or was not known before.
+        """
+        others = (one for one in self._context.measurements.holds if one is not kept)
+        known = [one.hold.temperature for one in others if one.hold.temperature is not None]
         now = kept.hold.temperature
         if now is None or not known or now >= min(known) + MIN_WARMING:
-            return 0.0
+            return None
         return min(known) + MIN_WARMING
 
     def _refuse(self, up: FloatArray | None) -> None:

@@ -13,6 +13,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
+from imucal_wizard.diagnose.reservation_text import differing_in_new_poses
 from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
@@ -141,7 +142,10 @@ def next_rows(
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
         return rows if asked else [*rows, *wrapped(_NOTHING, width), line("")]
-    optional = not asked and apart is None
+    # nothing is missing, and the poses that were added agree
+    said = snapshot.diagnosis
+    optional = not asked and apart is None and said.settled
+    optional &= said.bench is None or differing_in_new_poses(said) is None
     rows.append(line("MEASURE NEXT, IF YOU LIKE" if optional else "MEASURE NEXT", "accent"))
     if optional:
         rows += wrapped(_OPTIONAL, width, "quiet")

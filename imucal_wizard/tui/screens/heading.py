@@ -53,7 +53,8 @@ class HeadingScreen(LiveScreen):
         self.step = step
         self._report = report
         self._compass = compass
-        self._left_out = effects_of(state.result)
+        self._left_out = effects_of(state.result, "accelerometer", "magnetometer")
+        self._of_field = effects_of(state.result, "magnetometer")
         self._readings: object = None
         self._course: LiveHeading | None = None
 
@@ -91,7 +92,7 @@ class HeadingScreen(LiveScreen):
         self.lines("course").draw(
             lambda width, _: [
                 *_stale(snapshot, width - 2),
-                *course_rows(now, self._report, width - 2, self._left_out),
+                *course_rows(now, self._report, width - 2, self._left_out, self._of_field),
             ]
         )  # fmt: skip
 
@@ -114,16 +115,16 @@ def large(degrees: float) -> str:
     return f"{degrees % 360.0:.1f}°" if math.isfinite(degrees) else "–"
 
 
-def effects_of(result: FitReport | None) -> str:
-    """The effects in the models of accelerometer and magnetometer, in words; "" for none."""
-    sensors = {} if result is None else result.sensors
-    fits = [sensors[name] for name in ("accelerometer", "magnetometer") if name in sensors]
-    names = list(dict.fromkeys(term.name for fit in fits for term in fit.terms))
+def effects_of(result: FitReport | None, *sensors: str) -> str:
+    """The effects in the models of some sensors, in words; "" for none."""
+    fits = {} if result is None else result.sensors
+    known = [fits[name] for name in sensors if name in fits]
+    names = list(dict.fromkeys(term.name for fit in known for term in fit.terms))
     return listed(names) if names else ""
 
 
 def course_rows(
-    now: LiveHeading | None, report: FitReport, width: int, left_out: str = ""
+    now: LiveHeading | None, report: FitReport, width: int, left_out: str = "", of_field: str = ""
 ) -> list[Line]:
     """The heading with its error; whether field and dip are those of the calibration.
 
@@ -132,12 +133,13 @@ def course_rows(
         report: the fit that makes it.
         width: columns there are.
         left_out: effects of the model that the heading is not corrected for, in words.
+        of_field: those of the magnetometer, which change the size of the field.
     """
     if now is None:
         return [line("no reading of the magnetometer yet", "quiet")]
-    rows = [_after(now), _change(now), _field(now, report, left_out), _dip(now, left_out)]
+    rows = [_after(now), _change(now), _field(now, report, of_field), _dip(now, left_out)]
     if left_out:
-        words = f"▲ This heading is not corrected for {left_out}; what is saved is."
+        words = f"▲ This heading is not corrected for {left_out}."
         rows = [*wrapped(words, width, "warn", indent="  "), *rows]
     if report.second_stage is None:
         return rows
@@ -179,19 +181,27 @@ def _change(now: LiveHeading) -> Line:
     )
 
 
-def _field(now: LiveHeading, report: FitReport, left_out: str) -> Line:
+def _field(now: LiveHeading, report: FitReport, effects: str) -> Line:
     if report.magnetic is None or now.size_then is None:
         return ()
     unit = unit_sign(report.magnetic.fit.unit)
     text = f"field {number(now.size)} {unit}, {number(now.size_then)} when calibrated "
-    return (text, ""), _trust(now.same_field, left_out or "iron is near it, or another place")
+    return (text, ""), _trust(
+        now.same_field, _or_else(effects, "iron is near it, or another place")
+    )
 
 
-def _dip(now: LiveHeading, left_out: str) -> Line:
+def _dip(now: LiveHeading, effects: str) -> Line:
     if now.dip_then is None:
         return ()
     text = true_minus(f"dip {now.dip:.1f}°, {now.dip_then:.1f}° when calibrated ")
-    return (text, ""), _trust(now.same_dip, left_out or "it is being moved, or iron is near it")
+    return (text, ""), _trust(
+        now.same_dip, _or_else(effects, "it is being moved, or iron is near it")
+    )
+
+
+def _or_else(effects: str, otherwise: str) -> str:
+    return f"{effects}; else {otherwise}" if effects else otherwise
 
 
 def _trust(same: bool, otherwise: str) -> Span:

@@ -237,8 +237,8 @@ class ResultScreen(FitScreen):
     def _go_on(self) -> None:
         """Start the countdown to the next step, once.
 
-        It waits for a verdict where one comes, and does not start if a sensor is not good: the
-        operator decides then. A run without an operator goes on.
+        It waits for a verdict where one comes, and does not start if a sensor is not good or the
+        bench has added effects: the operator decides then. A run without an operator goes on.
         """
         settings = self.state.settings
         alone = settings.auto or settings.quit_after or self.state.services.exercise
