@@ -107,7 +107,7 @@ _RECORDING = (
     "This is a recording. To measure these, open the bench from the wizard, with the device: "
     "there m measures them one by one."
 )
-_NOTHING = (
+MORE_DATA = (
     "More data show smaller effects: hold new directions, and repeat the first poses (they show a "
     "drift)."
 )
@@ -140,7 +140,7 @@ def next_rows(
         rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
-        return rows if asked else [*rows, *wrapped(_NOTHING, width), line("")]
+        return rows if asked else [*rows, *wrapped(MORE_DATA, width), line("")]
     optional = not asked and apart is None
     rows.append(line("MEASURE NEXT, IF YOU LIKE" if optional else "MEASURE NEXT", "accent"))
     if optional:
