@@ -395,7 +395,7 @@ def would_decide(one: Apart, kind: str) -> str:
         if not np.isfinite(one.before)
         else f"from {size_with_unit(one.before, one.unit)} on"
     )
-    more = f"{one.things}, listed as the next ones,"
+    more = f"{one.things}, which the bench lists,"
     after, here = (
         size_with_unit(one.after, one.unit),
         f"it is about {size_with_unit(one.size, one.unit)} here",
