@@ -383,9 +383,14 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     return [f"The choice between {names} {change}, so it matters at 1 g too."]
 
 
+def beyond_these(kind: str, *, turning: bool) -> str:
+    """What may separate effects of this kind where no pose, or no rotation, of a hand does."""
+    return RATE_TABLE if turning and kind == "orientation" else BEYOND[kind]
+
+
 def would_decide(one: Apart, kind: str) -> str:
     """What separates two effects of this kind, or what may where nothing does that was tried."""
-    beyond = RATE_TABLE if one.turning and kind == "orientation" else BEYOND[kind]
+    beyond = beyond_these(kind, turning=one.turning)
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"

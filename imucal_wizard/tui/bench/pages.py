@@ -1,5 +1,6 @@
 """The pages of the bench as rows: lesson, next poses, raw trace."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from imucal_wizard.core.units import COUNT
 from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
+from imucal_wizard.diagnose.verdict_text import beyond_these
 from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
@@ -116,9 +118,7 @@ _NEVER = (
     "None of the poses tried here separates them. Many more holds, stronger forces or another "
     "course of the temperature may separate them."
 )
-_NEVER_TURNING = (
-    "None of the rotations tried here separates them; constant rates on a rate table may."
-)
+_NEVER_TURNING = "None of the rotations tried here separates them; {} may."
 
 
 def next_rows(
@@ -137,7 +137,7 @@ def next_rows(
     rows = [*wrapped(snapshot.diagnosis.says, width), line("")]
     if apart is not None:
         head = f"{apart.first} OR {apart.second}?".upper()
-        rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
+        rows += [line(head, "accent"), *gain_rows(apart, snapshot.catalogue, width), line("")]
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
         return rows if asked else [*rows, *wrapped(MORE_DATA, width), line("")]
@@ -154,8 +154,8 @@ def next_rows(
     return rows
 
 
-def gain_rows(apart: Apart, width: int) -> list[Line]:
-    """The size from which two effects are separated, now and with the poses."""
+def gain_rows(apart: Apart, catalogue: Sequence[Effect], width: int) -> list[Line]:
+    """The size from which two effects of a catalogue are separated, now and with the poses."""
     pair = f"{apart.first} and {apart.second}"
     now = f"These data do not separate {pair} at any size."
     if np.isfinite(apart.before):
@@ -165,7 +165,10 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
     if apart.enough and not apart.poses:
         return wrapped(f"{now} They are separated already.", width, "strong")
     if apart.never or not apart.poses:
-        never = _NEVER_TURNING if apart.turning else _NEVER
+        never = _NEVER
+        if apart.turning:
+            kind = next(one.kind for one in catalogue if one.name == apart.first)
+            never = _NEVER_TURNING.format(beyond_these(kind, turning=True))
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
     worth = "this is enough" if apart.enough else "this is not enough yet"
     if apart.before <= apart.size:
