@@ -242,12 +242,12 @@ class Commands:
     def _count_faces(self) -> None:
         machine, context = self._machine, self._context
         poses = set(context.procedure.step(StepKind.POSES).poses)
-        counted = 0
+        before = set(context.measurements.ticked(StepKind.POSES))
         for kept in context.measurements.holds:
             pose = kept.ticks.get(StepKind.UP_DOWN)
-            if pose in poses and StepKind.POSES not in kept.ticks:
-                kept.ticks[StepKind.POSES] = pose
-                counted += 1
+            if pose in poses:
+                kept.ticks.setdefault(StepKind.POSES, pose)
+        counted = len(set(context.measurements.ticked(StepKind.POSES)) - before)
         kind = EventKind.HOLD_TAKEN if counted else EventKind.WARNING
         context.emit(
             kind, f"{plural(counted, 'face')} of the up/down step counted among the poses."
