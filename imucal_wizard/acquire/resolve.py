@@ -352,7 +352,7 @@ def _timed(
     if back > _MAX_BACKWARD_SHARE:
         check = "Check which column is the time" + ", or give the samples per second" * bool(rate)
         message = f"The time column goes back in {back:.0%} of its steps: {instead}. {check}."
-        return dropped, rate, (message,)
+        return (columns, ("columns", *rate), (message,)) if rate else (dropped, (), (message,))
     if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME_UNITS)),)
     doubt = _doubtful(ticks, time.unit)

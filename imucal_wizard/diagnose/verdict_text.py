@@ -383,9 +383,14 @@ def _matters(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     return [f"The choice between {names} {change}, so it matters at 1 g too."]
 
 
+def beyond_these(kind: str, *, turning: bool) -> str:
+    """What may separate effects of this kind where no pose, or no rotation, of a hand does."""
+    return RATE_TABLE if turning and kind == "orientation" else BEYOND[kind]
+
+
 def would_decide(one: Apart, kind: str) -> str:
     """What separates two effects of this kind, or what may where nothing does that was tried."""
-    beyond = RATE_TABLE if one.turning and kind == "orientation" else BEYOND[kind]
+    beyond = beyond_these(kind, turning=one.turning)
     pair = f"{one.first} from {one.second}"
     if one.never:
         what = "rotation" if one.turning else "still pose at 1 g"
@@ -395,7 +400,7 @@ def would_decide(one: Apart, kind: str) -> str:
         if not np.isfinite(one.before)
         else f"from {size_with_unit(one.before, one.unit)} on"
     )
-    more = f"{one.things}, listed as the next ones,"
+    more = f"{one.things}, which the bench lists,"
     after, here = (
         size_with_unit(one.after, one.unit),
         f"it is about {size_with_unit(one.size, one.unit)} here",

@@ -42,7 +42,7 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
     usual, odd = _scales(fit)
     notes += odd
     if fit.bias_unit != COUNT:
-        notes += unit_notes(usual) or _bias_notes(fit)
+        notes += unit_notes(usual, as_counts=True) or _bias_notes(fit)
     notes.append(noticed(fit))
     count = sum(hold.hand_held for hold in holds)
     if count:
@@ -55,25 +55,36 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
 
 
 MISTAKEN_UNITS = (
-    ("g", 1.0 / STANDARD_GRAVITY),
-    ("mg", 1e3 / STANDARD_GRAVITY),
-    ("m/s^2", STANDARD_GRAVITY),
+    ("g", "m/s^2", 1.0 / STANDARD_GRAVITY),
+    ("mg", "m/s^2", 1e3 / STANDARD_GRAVITY),
+    ("m/s^2", "g", STANDARD_GRAVITY),
 )
-"""What gravity reads, over what it is, when the accelerations are in this unit and were taken for
-another: g or mg for m/s², m/s² for g."""
+"""What gravity reads, over what it is, when the accelerations are in the first unit and were taken
+for the second."""
 
 
-def unit_notes(scale: float) -> list[Notice]:
-    """What explains an accelerometer's scale (true over read) that no sensor has."""
-    unit = next((unit for unit, size in MISTAKEN_UNITS if abs(np.log(scale * size)) < NEAR), "")
-    if unit:
-        advice = f"the accelerations are in {unit}; give {unit} as their unit"
+def unit_notes(scale: float, *, as_counts: bool = False) -> list[Notice]:
+    """What explains an accelerometer's scale that no sensor has.
+
+    Args:
+        scale: true force over reading, of all axes together.
+        as_counts: the readings can be taken as counts as well.
+    """
+    units = [one[:2] for one in MISTAKEN_UNITS if abs(np.log(scale * one[2])) < NEAR]
+    if units:
+        ((unit, other),) = units
+        advice = (
+            f"if they were taken for {other}, the accelerations are in {unit}; give {unit} as "
+            "their unit"
+        )
     elif abs(np.log(scale)) > IMPLAUSIBLE_SCALE:
         fits = "".join(f"; it fits if {text}" for text in _other_range(scale))
-        advice = f"give the unit of the accelerations, or correct the range{fits}"
+        counts = f", or give {COUNT} as the unit" * as_counts
+        advice = f"correct this unit, the numbers or the range{counts}{fits}"
     else:
         return []
-    text = f"gravity reads {STANDARD_GRAVITY / scale:.4g} m/s² with the unit assumed: {advice}"
+    read = f"{STANDARD_GRAVITY / scale:.4g} m/s²"
+    text = f"gravity reads {read} in the unit of the accelerations: {advice}"
     return [Notice(text, NoticeKind.SCALE, "accelerometer")]
 
 

@@ -30,6 +30,8 @@ class Commands:
     def __init__(self, machine: "StateMachine") -> None:
         self._machine = machine
         self._context = machine.context
+        self._skips: list[tuple[StepKind, Kept | None]] = []
+        """The skipped steps, each with the last measurement before the skip."""
         self._table: dict[str, Callable[[], None]] = {
             "start": self._start,
             "skip": self._skip,
@@ -147,6 +149,7 @@ class Commands:
         if measured and not machine.stage.finished:
             consequence = self._context.procedure.step(kind).skipped
             machine.skipped[kind] = consequence
+            self._skips.append((kind, self._context.measurements.last()))
             self._context.emit(EventKind.STEP_SKIPPED, f"{TITLES[kind]} skipped: {consequence}.")
         if kind is StepKind.SETTLE:
             machine.settle.do_without()
@@ -162,12 +165,25 @@ class Commands:
 
     def _undo(self) -> None:
         machine, context = self._machine, self._context
-        last = self._to_undo()
-        if last is None:
+        step = self._skipped_after(context.measurements.last())
+        last = None if step else self._to_undo()
+        step = step or self._skipped_after(last)
+        if step:
+            machine.enter(step)
+            context.emit(EventKind.UNDONE, f"The skip of {TITLES[step]} was taken back.")
+        elif last is None:
             self._say("There is nothing to undo.")
-            return
-        machine.take_back(last)
-        context.emit(EventKind.UNDONE, f"{named(last)} was taken back.")
+        else:
+            machine.take_back(last)
+            context.emit(EventKind.UNDONE, f"{named(last)} was taken back.")
+
+    def _skipped_after(self, last: Kept | None) -> StepKind | None:
+        """The step that was skipped since this measurement, no longer noted, or None."""
+        while self._skips and self._skips[-1][1] is last:
+            kind, _ = self._skips.pop()
+            if kind in self._machine.skipped:
+                return kind
+        return None
 
     def _to_undo(self) -> Kept | None:
         """The measurement that undo removes. Circles that have hardly begun are removed before it.
@@ -226,12 +242,12 @@ class Commands:
     def _count_faces(self) -> None:
         machine, context = self._machine, self._context
         poses = set(context.procedure.step(StepKind.POSES).poses)
-        counted = 0
+        before = set(context.measurements.ticked(StepKind.POSES))
         for kept in context.measurements.holds:
             pose = kept.ticks.get(StepKind.UP_DOWN)
-            if pose in poses and StepKind.POSES not in kept.ticks:
-                kept.ticks[StepKind.POSES] = pose
-                counted += 1
+            if pose in poses:
+                kept.ticks.setdefault(StepKind.POSES, pose)
+        counted = len(set(context.measurements.ticked(StepKind.POSES)) - before)
         kind = EventKind.HOLD_TAKEN if counted else EventKind.WARNING
         context.emit(
             kind, f"{plural(counted, 'face')} of the up/down step counted among the poses."

@@ -54,7 +54,7 @@ def run_wizard(options: WizardOptions) -> int:
         say(f"▲ the end of the session is {state.unwritten}")
     if state.failure is not None and app.unkept is None:
         if sources.session is not None and sources.session.exists():
-            _print_session(sources.session, None)
+            _print_session(sources.session, None, port=sources.moved_to)
         raise state.failure
     if saved is not None:
         say("\n".join(saved.says))
@@ -68,6 +68,7 @@ def run_wizard(options: WizardOptions) -> int:
                 sources.session,
                 app.unkept if state.result is not None else None,
                 lost=state.port_lost,
+                port=sources.moved_to,
             )
     if sources.sealed is not None:
         say(f"answer (not secret: this computer knows it): {sources.sealed}")
@@ -88,13 +89,16 @@ def _print_calibration(report: "FitReport", diagnoses: "Mapping[str, Diagnosis]"
     say("▲ this calibration is not saved")
 
 
-def _print_session(session: Path, unkept: PlaceError | None, *, lost: bool = False) -> None:
+def _print_session(
+    session: Path, unkept: PlaceError | None, *, lost: bool = False, port: str = ""
+) -> None:
     """Print where the session is, and what to type next.
 
     Args:
         session: its file.
         unkept: why its calibration could not be written, or None.
         lost: its port is missing, and may have another name now.
+        port: the one it continued at, if the session does not say so; else "".
     """
     place = shlex.quote(str(session))
     say(f"kept: {session}")
@@ -103,9 +107,10 @@ def _print_session(session: Path, unkept: PlaceError | None, *, lost: bool = Fal
         say(
             f"save the calibration with: imucal-wizard fit {place} --save {shlex.quote(str(other))}"
         )
-    say(f"continue with: imucal-wizard --resume {place}")
+    at_port = f" --port {shlex.quote(port)}" if port else ""
+    say(f"continue with: imucal-wizard --resume {place}{at_port}")
     if lost:
-        say("if the device is at another port now, add: --port PORT")
+        say("if the device is at another port now, give it: --port PORT")
 
 
 def _run(app: BaseApp) -> Saved | None:

@@ -139,6 +139,7 @@ class SourceOpener:
         recheck: the calibration that the device is checked against, or None.
         known: the same, read; None without one.
         undone: the correction of a flight controller that was undone, in words, or "".
+        moved_to: the port of a session that began at another one, or "".
     """
 
     def __init__(self, options: WizardOptions) -> None:
@@ -153,7 +154,7 @@ class SourceOpener:
         self.description = options.description
         self.recheck = options.recheck
         self.known: CalibratedDevice | None = None
-        self.undone = ""
+        self.undone = self.moved_to = ""
 
     def directory(self) -> Path:
         """The folder of the sessions."""
@@ -169,7 +170,7 @@ class SourceOpener:
         """
         self.title = choice.title or choice.target
         self.session, self.played, self.watched = None, None, None
-        self.undone = ""
+        self.undone = self.moved_to = ""
         self.exercise, self.sealed = False, None
         self.description = self._options.description
         self.known = None if self.recheck is None else self._known(self.recheck, {})
@@ -396,9 +397,11 @@ class SourceOpener:
             raise SessionError(f"{path} is damaged ({error}); begin a new session") from error
         if imu is not None:
             return Reader(imu, resumed.engine, prepare=resumed.prepare)
-        port = options.port or str(about.get("port", ""))
+        before = str(about.get("port", ""))
+        port = options.port or before
         if not port:
             raise SessionError(f"{path} does not say which port it was; add --port PORT")
+        self.moved_to = port if port != before else ""
         return Reader(Pump(self._link(port, baud)), resumed.engine, prepare=resumed.prepare)
 
     def _player(self, paths: Sequence[Path]) -> SampleSource:

@@ -14,7 +14,7 @@ from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import diagnose_benches
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.estimate.fit_warnings import exchanged_axes
+from imucal_wizard.estimate.fit_warnings import exchanged_axes, unit_notes
 from imucal_wizard.estimate.gyroscope_report import silent_axes
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
@@ -522,6 +522,17 @@ def test_samples_that_are_printed_three_times_are_told() -> None:
         gyroscope=replace(readings.gyroscope, values=readings.gyroscope.values[rows]),
     )
     assert any("67% of the samples repeat" in text for text in check_recording(slow))
+
+
+def test_numbers_that_fit_no_unit_are_to_be_corrected_or_read_as_counts() -> None:
+    """Under m/s² gravity reads 9807; the advice for another unit says for which it was taken."""
+    (said,) = unit_notes(1e-3, as_counts=True)
+    assert said.startswith("gravity reads 9807 m/s² in the unit of the accelerations: correct this")
+    assert said.endswith("the numbers or the range, or give count as the unit")
+    (said,) = unit_notes(0.1)
+    assert "if they were taken for g, the accelerations are in m/s^2" in said
+    (said,) = unit_notes(1e-3)
+    assert "count" not in said
 
 
 def test_a_wrong_unit_is_told_once() -> None:

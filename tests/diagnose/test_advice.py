@@ -186,7 +186,9 @@ def test_what_poses_bring_is_told_in_the_digits_of_the_verdict() -> None:
     never = replace(apart, before=np.inf)
     assert brings(never) == "both poses together: from 12 mg/°C instead of no size"
     pair = "These data separate scale-temperature from bias-temperature"
-    assert would_decide(never, "time").startswith(f"{pair} at no size; 2 more poses, listed")
+    assert would_decide(never, "time").startswith(
+        f"{pair} at no size; 2 more poses, which the bench lists"
+    )
     assert brings(replace(apart, poses=1)) == "this pose: from 12 mg/°C instead of 795 mg/°C"
 
 

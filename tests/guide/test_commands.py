@@ -3,7 +3,7 @@
 import pytest
 
 from imucal_wizard.core.errors import UsageError
-from imucal_wizard.guide.kinds import EventKind, StepKind
+from imucal_wizard.guide.kinds import TITLES, EventKind, StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.guide.state_machine import StateMachine
 from imucal_wizard.measurement.requests import requests_to_text
@@ -81,6 +81,35 @@ def test_a_skipped_step_stays_skipped_when_undo_leads_from_it_to_a_later_one() -
     assert texts(machine.command("undo"), EventKind.UNDONE) == ["+X +Y was taken back."]
     assert machine.status().step is StepKind.POSES
     assert [kind for kind, _ in machine.status().skipped] == [StepKind.UP_DOWN]
+
+
+def test_undo_after_a_skip_takes_back_the_skip_alone() -> None:
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.feed(device.hold("+x").taken())
+    taken = machine.status().done
+    assert "+x" in taken
+    machine.command("skip")
+    machine.command("skip")
+    assert machine.status().step is StepKind.ROTATIONS
+    for step in (StepKind.POSES, StepKind.UP_DOWN):
+        (said,) = texts(machine.command("undo"), EventKind.UNDONE)
+        assert said == f"The skip of {TITLES[step]} was taken back."
+        assert machine.status().step is step
+    assert machine.status().done == taken
+    assert machine.status().skipped == ()
+    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+X was taken back."]
+
+
+def test_undo_after_a_hold_in_the_step_after_a_skipped_one_takes_back_the_hold_first() -> None:
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.command("skip")
+    machine.feed(device.hold("+x+y").taken())
+    assert texts(machine.command("undo"), EventKind.UNDONE) == ["+X +Y was taken back."]
+    assert machine.status().step is StepKind.POSES
+    machine.command("undo")
+    assert machine.status().step is StepKind.UP_DOWN
 
 
 def test_undo_takes_back_the_last_rotation() -> None:

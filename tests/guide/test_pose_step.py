@@ -116,6 +116,16 @@ def test_the_faces_of_the_up_down_step_can_be_counted() -> None:
     assert holds_of(machine, StepKind.UP_DOWN) == holds_of(machine, StepKind.POSES)
 
 
+def test_a_face_held_twice_counts_once_among_the_poses() -> None:
+    device = Device()
+    machine = machine_at(StepKind.UP_DOWN, device)
+    machine.feed(device.poses(["-z", "+x", "-z", "-x", "+x", "+y", "-y"]).taken())
+    assert len(holds_of(machine, StepKind.UP_DOWN)) > len(FACES)
+    (said,) = machine.command("count-faces")
+    assert said.text == "6 faces of the up/down step counted among the poses."
+    assert set(machine.status().done) == set(FACES)
+
+
 def test_faces_count_twice_when_the_procedure_says_so() -> None:
     device = Device()
     machine = machine_at(StepKind.UP_DOWN, device, standard(settle_seconds=3.0, count_faces=True))

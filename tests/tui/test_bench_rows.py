@@ -9,6 +9,7 @@ import pytest
 from imucal_wizard.core.quantities import plus_minus
 from imucal_wizard.diagnose.bench import NOTHING_MISSING, Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import (
     ResidualView,
@@ -25,7 +26,7 @@ from imucal_wizard.report.bench_text import blocks, ladder_rows, suspect_size
 from imucal_wizard.report.bench_views import view_text
 from imucal_wizard.report.plot import scatter
 from imucal_wizard.teach.prediction import FALLS, STAYS, Agreement, Prediction, judge_prediction
-from imucal_wizard.tui.bench.pages import LESSON_PLOT_ROWS, next_rows, rows_for
+from imucal_wizard.tui.bench.pages import LESSON_PLOT_ROWS, gain_rows, next_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
     model_rows,
@@ -338,6 +339,18 @@ def test_after_adding_one_of_a_family_the_others_are_what_is_to_be_told_apart(
     rows = " ".join(lines(next_rows(bench_snapshot(benches, bench), 76)))
     assert "SECOND-ORDER OR ASYMMETRY?" in rows
     assert "The size here is about 5.0 mg/g²." in rows
+
+
+def test_only_what_follows_the_orientation_is_left_to_a_rate_table(snapshot: BenchSnapshot) -> None:
+    """Effects of the temperature and of the time are separated by another course of these."""
+    apart = Apart("thermal-lag", "warm-up", np.inf, np.inf, 30.0, "s", 0, turning=True)
+
+    def said(first: str) -> str:
+        return " ".join(lines(gain_rows(replace(apart, first=first), snapshot.catalogue, 70)))
+
+    for slow in ("thermal-lag", "bias-temperature", "warm-up", "scale-temperature"):
+        assert said(slow).endswith("; a session in which the temperature rises and falls may.")
+    assert said("cross-product").endswith("as on a rate table, may.")
 
 
 @pytest.mark.parametrize(

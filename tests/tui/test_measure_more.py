@@ -13,6 +13,7 @@ from imucal_wizard.measurement.holds import Collected
 from imucal_wizard.measurement.requests import requests_from_text
 from imucal_wizard.run.snapshot import Snapshot
 from imucal_wizard.tui.app import WizardApp
+from imucal_wizard.tui.screens.bench import BenchScreen
 from tests.tui import fakes
 from tests.tui.bench_steps import add_the_first, app_with, open_from_wizard, ranked
 from tests.tui.terminals import USUAL, VIRTUAL
@@ -136,3 +137,25 @@ async def test_a_disturbed_hold_that_is_chosen_is_what_is_measured_again(bent: F
         await until(pilot, lambda: bool(source.commands))
     (asked,) = requests_from_text(source.commands[-1][1])
     assert asked.turns == 0
+
+
+async def test_nothing_is_offered_to_measure_where_no_pose_is_listed(
+    benches: Benches, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The pose of the chosen disturbed hold was held again already."""
+    monkeypatch.setattr("imucal_wizard.diagnose.next_poses.measured_again", lambda *_: True)
+    app = app_with(benches)
+    async with app.run_test(size=USUAL) as pilot:
+        screen = BenchScreen(lambda: benches, live=True)
+        app.push_screen(screen)
+        await ranked(pilot)
+        for _ in range(20):
+            if "▸ disturbed" in seen(pilot):
+                break
+            await pilot.press("down")
+        await pilot.press("n")
+        await shows(pilot, "what the data say", "More data show")
+        assert "measure" not in {one.binding.action for one in app.screen.active_bindings.values()}
+        await pilot.press("n", "m")
+        await shows(pilot, "No pose is listed to measure")
+        assert app.screen is screen

@@ -123,6 +123,29 @@ def test_a_session_goes_on_at_another_port_when_one_is_given(tmp_path: Path) -> 
         snapshot_of(source, lambda s: "ttyACM1" in s.stream.problem)
 
 
+@pytest.mark.parametrize(("given", "said"), [("/dev/b c", " --port '/dev/b c'"), (None, "")])
+def test_the_command_that_continues_names_the_port_used_last(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    given: str | None,
+    said: str,
+) -> None:
+    path = tmp_path / "a.imucal"
+    begin_session(path, about={"kind": "port", "port": "/dev/a"}).close()
+    options = WizardOptions(resume=path, port=given)
+
+    def quits(app: WizardApp) -> None:
+        source = app.state.services.open_source(SourceChoice(SourceKind.SESSION, str(path)))
+        with running(source):
+            snapshot_of(source, lambda s: (given or "/dev/a") in s.stream.problem)
+
+    monkeypatch.setattr("imucal_wizard.tui.run._run", quits)
+    monkeypatch.setattr("imucal_wizard.tui.run._check", lambda _options: None)
+    assert run_wizard(options) == 0
+    assert f"continue with: imucal-wizard --resume {path}{said}\n" in capsys.readouterr().out
+
+
 def test_a_session_without_its_port_says_what_to_add_and_is_let_go(tmp_path: Path) -> None:
     path = tmp_path / "a.imucal"
     begin_session(path).close()

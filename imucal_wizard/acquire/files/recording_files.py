@@ -371,7 +371,9 @@ def misfits(intake: Intake) -> tuple[str, ...]:
 def unreadable(intake: Intake, setup: StreamSetup) -> RecordingError:
     """The reason why there are no samples, and the settings that would help."""
     notes, needs = intake.warnings, intake.needs
-    if intake.first_malformed is not None and (not needs or "columns" in needs):
+    # with the rate: which column is the time, which the width of a line does not tell
+    of_width = not needs or ("columns" in needs and "rate" not in needs)
+    if intake.first_malformed is not None and of_width:
         return _other_width(intake.first_malformed)
     if needs == ("sensor",):
         return RecordingError(f"no sensor is left. {' '.join(notes)}")

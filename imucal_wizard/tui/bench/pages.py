@@ -1,5 +1,6 @@
 """The pages of the bench as rows: lesson, next poses, raw trace."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.reservation_text import differing_in_new_poses
+from imucal_wizard.diagnose.verdict_text import beyond_these
 from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.effect import ACCELEROMETER, Effect
@@ -108,7 +110,7 @@ _RECORDING = (
     "This is a recording. To measure these, open the bench from the wizard, with the device: "
     "there m measures them one by one."
 )
-_NOTHING = (
+MORE_DATA = (
     "More data show smaller effects: hold new directions, and repeat the first poses (they show a "
     "drift)."
 )
@@ -117,9 +119,7 @@ _NEVER = (
     "None of the poses tried here separates them. Many more holds, stronger forces or another "
     "course of the temperature may separate them."
 )
-_NEVER_TURNING = (
-    "None of the rotations tried here separates them; constant rates on a rate table may."
-)
+_NEVER_TURNING = "None of the rotations tried here separates them; {} may."
 
 
 def next_rows(
@@ -138,10 +138,10 @@ def next_rows(
     rows = [*wrapped(snapshot.diagnosis.says, width), line("")]
     if apart is not None:
         head = f"{apart.first} OR {apart.second}?".upper()
-        rows += [line(head, "accent"), *gain_rows(apart, width), line("")]
+        rows += [line(head, "accent"), *gain_rows(apart, snapshot.catalogue, width), line("")]
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
-        return rows if asked else [*rows, *wrapped(_NOTHING, width), line("")]
+        return rows if asked else [*rows, *wrapped(MORE_DATA, width), line("")]
     # nothing is missing, and the poses that were added agree
     said = snapshot.diagnosis
     optional = not asked and apart is None and said.settled
@@ -158,8 +158,8 @@ def next_rows(
     return rows
 
 
-def gain_rows(apart: Apart, width: int) -> list[Line]:
-    """The size from which two effects are separated, now and with the poses."""
+def gain_rows(apart: Apart, catalogue: Sequence[Effect], width: int) -> list[Line]:
+    """The size from which two effects of a catalogue are separated, now and with the poses."""
     pair = f"{apart.first} and {apart.second}"
     now = f"These data do not separate {pair} at any size."
     if np.isfinite(apart.before):
@@ -169,7 +169,10 @@ def gain_rows(apart: Apart, width: int) -> list[Line]:
     if apart.enough and not apart.poses:
         return wrapped(f"{now} They are separated already.", width, "strong")
     if apart.never or not apart.poses:
-        never = _NEVER_TURNING if apart.turning else _NEVER
+        never = _NEVER
+        if apart.turning:
+            kind = next(one.kind for one in catalogue if one.name == apart.first)
+            never = _NEVER_TURNING.format(beyond_these(kind, turning=True))
         return [*wrapped(now, width), *wrapped(never, width, "warn")]
     worth = "this is enough" if apart.enough else "this is not enough yet"
     if apart.before <= apart.size:

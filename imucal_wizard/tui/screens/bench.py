@@ -13,12 +13,11 @@ from textual.screen import Screen
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.diagnose.bench import Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.next_poses import to_measure
+from imucal_wizard.diagnose.next_poses import Requests, to_measure
 from imucal_wizard.diagnose.views import ResidualView
-from imucal_wizard.measurement.requests import MeasurementRequest
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.report.device_history import saved_text
-from imucal_wizard.tui.bench.pages import next_rows, raw_trace_rows, rows_for
+from imucal_wizard.tui.bench.pages import MORE_DATA, next_rows, raw_trace_rows, rows_for
 from imucal_wizard.tui.bench.panels import (
     ladder_lines,
     model_rows,
@@ -55,7 +54,7 @@ _TABLE = "On a rate table: record more steps or mountings and fit all files toge
 _CIRCLES = "For more circles, leave the bench and repeat the step Field."
 
 
-class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
+class BenchScreen(Screen[Requests]):
     """Head, verdict, plot, three panels of which a small terminal shows one.
 
     Its result is the list of requested measurements, or None. Slow work runs in a thread, one task
@@ -509,7 +508,7 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
             "what the data say",
             lambda width, _: next_rows(snapshot, width, chosen=chosen, live=live),
             "n",
-            measure=live,
+            measure=live and bool(self._requests(snapshot)),
         )
         self.app.push_screen(page, lambda now: self.action_measure() if now else None)
 
@@ -521,5 +520,13 @@ class BenchScreen(Screen[tuple[MeasurementRequest, ...]]):
         if not snapshot.measured.at_rest:
             self._tell(_CIRCLES if snapshot.measured.guided else _TABLE)
             return
-        suspect = None if self.selection.entry is None else self.selection.entry.suspect
-        self.dismiss(to_measure(snapshot.diagnosis, suspect)[0])
+        requests = self._requests(snapshot)
+        if requests:
+            self.dismiss(requests)
+        else:
+            self._tell(f"No pose is listed to measure. {MORE_DATA}")
+
+    def _requests(self, snapshot: BenchSnapshot) -> Requests:
+        """What the page of the next poses lists."""
+        entry = self.selection.entry
+        return to_measure(snapshot.diagnosis, None if entry is None else entry.suspect)[0]

@@ -282,6 +282,21 @@ def test_an_unusable_time_column_is_refused_or_replaced_by_the_rate(
     assert _told(readings, says)
 
 
+def test_a_time_column_that_goes_back_asks_which_column_it_is_and_shows_the_present_order(
+    tmp_path: Path,
+) -> None:
+    """Also if a line is cut off, which alone would ask for the columns."""
+    place, values = tmp_path / "a.csv", samples()
+    write(place, values[:, [1, 0, *range(2, values.shape[1])]])
+    lines = place.read_text().splitlines()
+    place.write_text("\n".join([*lines[:3], "0.1,9.7", *lines[3:]]))
+    with pytest.raises(RecordingError, match="Check which column is the time, or give") as raised:
+        read_files([place])
+    columns, rate = raised.value.settings
+    assert columns.startswith("columns t,ax,ay")
+    assert rate == "rate 100"
+
+
 def test_a_clock_that_was_set_has_not_lost_a_thousand_million_samples(tmp_path: Path) -> None:
     time = np.arange(200) / 100.0
     time[100:] += 1e7
