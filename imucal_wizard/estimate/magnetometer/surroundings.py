@@ -69,7 +69,9 @@ def by_current(values: FloatArray, current: FloatArray) -> FloatArray:
 
 def part_of_current(current: FloatArray, slope: FloatArray) -> FloatArray:
     """What a current adds to the readings, about its mean, shape (n, 3)."""
-    return np.outer(np.nan_to_num(current - current.mean()), slope)
+    if not slope.any():
+        return np.zeros((len(current), 3))
+    return np.outer(current - current.mean(), slope)
 
 
 def around(
