@@ -6,6 +6,7 @@ part of the session for an effect of time.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from copy import copy
 from dataclasses import replace
 from functools import cached_property, partial
@@ -272,12 +273,13 @@ class Bench:
         self._findings: BenchFindings | None = None
         self._found: list[Found] = []
         self._refused: dict[str, str] = {}
+        self._opinions: dict[frozenset[str], Opinion] = {}
         self.referee: Callable[[], Referee | None] | None = None
 
     def copied(self) -> "Bench":
         """Another bench with the same model, on which something can be tried.
 
-        Both keep why an effect cannot be fitted.
+        Both keep why an effect cannot be fitted, and what was thought of each model.
         """
         other = copy(self)
         other._fits, other.ladder = [*self._fits], [*self.ladder]
@@ -353,7 +355,18 @@ class Bench:
             self._findings = self.with_curves(
                 BenchFindings(self.fit, misfit, suspects, opinion, hypotheses, posterior)
             )
+            self._opinions[frozenset(self.fit.model)] = self._findings.opinion
         return self._findings
+
+    def opinion_without(self, name: str) -> Opinion | None:
+        """What is thought of the model without one of its terms; None where it cannot be fitted."""
+        model = frozenset(self.fit.model) - {name}
+        if model not in self._opinions:
+            without = self.copied()
+            with suppress(DataError):
+                without.remove(name)
+                without.look()
+        return self._opinions.get(model)
 
     def _at_the_likeliest(
         self,
@@ -521,7 +534,7 @@ class Bench:
         """Let an effect of the user's own be a suspect, too."""
         self.catalogue = (*self.catalogue, effect.suited(self.measured.circumstances))
         self._own.add(effect.name)
-        self._findings = None
+        self._findings, self._opinions = None, {}
 
     def add(self, name: str, variant: float | None = None, near: float | None = None) -> Rung:
         """Add an effect to the model, or put back a part of the base.

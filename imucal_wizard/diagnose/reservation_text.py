@@ -3,7 +3,6 @@
 import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
-from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import as_sentence, listed, quantity
 from imucal_wizard.diagnose.bench import Bench
@@ -138,14 +137,11 @@ def _others_as_well(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     for term in bench.fit.terms:
         if term.effect.free or term.name in found:
             continue
-        without = bench.copied()
-        try:
-            without.remove(term.name)
-        except DataError:
+        opinion = bench.opinion_without(term.name)
+        if opinion is None or opinion.verdict is not Verdict.AMBIGUOUS:
             continue
-        opinion = without.look().opinion
         others = [" with ".join(one) for one in opinion.explanations if term.name not in one]
-        if opinion.verdict is Verdict.AMBIGUOUS and others:
+        if others:
             said.append(
                 f"These data do not decide for {term.name}: {listed(others, 'or')} may be the "
                 "cause as well."
