@@ -170,8 +170,8 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     form in noise, about a chi square of ``tr(E Eᵀ)² / tr((E Eᵀ)²)`` degrees of freedom
     (Satterthwaite). A new row has its own noise and the errors of the fit of all rows: its mean
     square scatters, too, by the errors that the fit happens to have and, if holds are unequally
-    noisy, by how noisy new ones happen to be (the noise of rotations follows from their length, in
-    which new ones are alike). Slow noise is in the interval, but in no floor.
+    noisy, by how noisy the measured ones happened to be (the noise of rotations follows from their
+    length, in which new ones are alike). Slow noise is in the interval, but in no floor.
 
     Returns:
         None where the other rows do not determine the model.
@@ -196,7 +196,7 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     new = items.mean(own_squares + (pulled**2).sum(axis=1))
     number = int(items.item.max(initial=0)) + 1
     unlike = 2.0 * _squares(pulled[items.rows] / number**0.5)
-    if number == len(items.rows):  # holds
+    if number == len(items.rows):  # one row each, as holds have
         unlike += float(np.var(own_squares[items.rows])) / number
     judged = expected[items.rows]
     freedom = 2.0 / (2.0 * _squares(judged) / float((judged**2).sum()) ** 2 + unlike / new**4)
