@@ -11,6 +11,7 @@ from benchmarks.hold_sessions import DESIGNS
 from benchmarks.magnetometer import turned
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.readings import FloatArray, Series
+from imucal_wizard.core.statistics import root_mean_square
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.magnetometer.experiment import MagnetometerExperiment
@@ -118,6 +119,19 @@ def test_poses_repeated_at_the_same_place_repeat_what_rounding_does() -> None:
         found, _ = deviations(replace(series, values=series.values + zero))
         off.append(list(found.values()))
     assert 0.8 < np.sqrt(np.mean(np.square(off))) < 1.3
+
+
+def test_rounding_moves_the_mean_of_a_rest_and_not_that_of_a_turn() -> None:
+    """Turns pass some five steps of 10 bits while one of their rows lasts, and some rows none.
+
+    In rests rounding makes most of the error, 1.9 counts rms of each row.
+    """
+    rng = np.random.default_rng(25)
+    data = fit_magnetometer(recorded(turned(rng, DESIGNS["18"]), rng, step=TEN_BITS).series).data
+    by_rounding = np.sqrt((data.rounding**2).sum(axis=1))
+    still = data.pieces.still(data.samples.magnetic)
+    assert root_mean_square(by_rounding[still]) == pytest.approx(1.9, abs=0.4)
+    assert root_mean_square(by_rounding[~still]) < 0.7
 
 
 def test_a_short_arc_of_a_turn_is_no_pose_that_is_held() -> None:

@@ -185,7 +185,8 @@ def field_data(
     before = variance_before_rounding(_noise_at_rest(pieces, values, reading < step**2), step)
     shift = rounding_variance(before, step)
     near = np.abs(pieces.reading - pieces.spread(pieces.medians(pieces.reading))) < 0.5 * step
-    inward = inward * pieces.mean(near.astype(float))
+    resting = near * _left_by_motion(pieces, step)
+    inward = inward * pieces.mean(resting)
     rounded = (inward**2 * shift).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
@@ -198,8 +199,8 @@ def field_data(
     own = np.maximum(pieces.mean(noise) / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2)
     rounding = np.zeros((len(own), 0))
     if (rounded > MIN_ROUNDING_SHARE * own).any():
-        resting = np.moveaxis(unit_vectors(magnetic) * (near.T[:, :, None] + TURNING_WEIGHT), 0, 1)
-        places = np.moveaxis(unit_vectors(pieces.mean(resting)), 1, 0)
+        there = unit_vectors(magnetic) * (resting.T[:, :, None] + TURNING_WEIGHT)
+        places = np.moveaxis(unit_vectors(pieces.mean(np.moveaxis(there, 0, 1))), 1, 0)
         rounding = _shared_rounding(places, (matrix, bias), magnitude, inward, before, step)
     return FieldData(
         unit=unit,
@@ -248,6 +249,21 @@ def _noise_at_rest(pieces: Pieces, values: FloatArray, still: BoolArray) -> Floa
         weight = freedom * still[:, axis]
         out[axis] = weight @ variance / max(float(weight.sum()), 1.0)
     return out
+
+
+def _left_by_motion(pieces: Pieces, step: FloatArray) -> FloatArray:
+    """Share of the error by rounding that the mean of each piece has, shape (p, 3): 1 at rest.
+
+    A reading that passes a whole step while a piece lasts has none left in its mean.
+    """
+    ends = pieces.reading[:1], pieces.reading[-1:]
+    change = np.abs(np.diff(pieces.reading, axis=0, prepend=ends[0], append=ends[1]))
+    before, after = change[:-1].copy(), change[1:].copy()
+    first, last = pieces.offsets[:-1], pieces.offsets[1:] - 1
+    first, last = first[first < last], last[first < last]
+    before[first], after[last] = after[first], before[last]
+    passed = 0.5 * (before + after) / np.where(step > 0.0, step, np.inf)
+    return np.asarray(np.sinc(np.minimum(passed, 1.0)))
 
 
 def _shared_rounding(
