@@ -199,15 +199,19 @@ def clipped_motions(
         or (None if ends is None else _touched((one.rate <= ends[0]) | (one.rate >= ends[1])))
         for one in motions
     ]
+    if full_scale is None:
+        axes = _no_end_is_passed(motions, axes)
     exact = np.array([axis is not None for axis in axes])
     if full_scale is None and exact.any() and (unit != COUNT or (slow & ~exact).any()):
         # a turntable stands at one rate for most of a turn and loses nothing
-        steady = np.array([_steadiness(*one) for one in zip(motions, tops[:, 0], strict=True)])
-        if not _angle_lost(motions, exact & (steady > MAX_STEADY_SHARE), slow & ~exact, unit):
-            axes = [
-                None if share > MAX_STEADY_SHARE else axis
-                for axis, share in zip(axes, steady, strict=True)
-            ]
+        steadiness = [_steadiness(*one) for one in zip(motions, tops[:, 0], strict=True)]
+        steady = exact & (np.array(steadiness) > MAX_STEADY_SHARE)
+        if not _angle_lost(motions, steady, slow & ~exact, unit):
+            # and the rate at which it stands is no end of the range in any other turn
+            shown = steady & np.isfinite(_gravity_ratios(motions, unit))
+            no_end = (1.0 + MAX_RANGE_DIFFERENCE) * float(tops[shown, 0].max(initial=0.0))
+            honest = steady | (exact & (tops[:, 0] <= no_end))
+            axes = [None if free else axis for axis, free in zip(axes, honest, strict=True)]
     piled = (tops[:, 1] >= MIN_FLAT_SHARE) & ~slow
     if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(motions, piled, slow, unit):
         level = (1.0 - PLATEAU_BAND) * float(tops[:, 0].max())
@@ -216,6 +220,27 @@ def clipped_motions(
             for axis, one in zip(axes, motions, strict=True)
         ]
     return axes
+
+
+def _no_end_is_passed(
+    motions: Sequence[RateSegment], axes: Sequence[str | None]
+) -> list[str | None]:
+    """The clipped axes without those that read clearly more, in the same sense, in another motion.
+
+    A turntable that is read by few samples stands at a rate as exactly as a clipped axis.
+    """
+    lowest, highest = (
+        np.array([end(one.rate, axis=0) - one.rest for one in motions]) for end in (np.min, np.max)
+    )
+    out = list(axes)
+    for place, name in enumerate(axes):
+        if name is not None:
+            axis = AXES.index(name)
+            up, down = highest[:, axis], -lowest[:, axis]
+            reached = up if up[place] > down[place] else down
+            if reached[place] < (1.0 - MAX_RANGE_DIFFERENCE) * reached.max():
+                out[place] = None
+    return out
 
 
 def _touched(at_end: BoolArray) -> str | None:

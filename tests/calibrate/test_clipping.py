@@ -27,3 +27,22 @@ def test_the_end_of_the_range_is_as_far_from_rest_on_all_axes() -> None:
     turns = list(zip(axes, peaks, strict=True))
     found = clipped_motions([_turn("xyz".index(a), p, bias) for a, p in turns], "rad/s")
     assert found == [a if p > 110.0 else None for a, p in turns]
+
+
+def _on_a_table(axis: int, level: float, steps: int) -> RateSegment:
+    """A turn that begins and ends within four samples and stands at a rate in between."""
+    ramp = np.array([0.0, 0.001, 0.2, 0.4, 0.6, 0.8])
+    profile = np.concatenate([ramp, np.ones(steps), ramp[::-1]])
+    rate = np.radians(level * profile[:, None] * np.eye(3)[axis])
+    time = np.arange(len(rate)) / 25.0
+    angle = float(np.radians(level * profile.sum() / 25.0))
+    # gravity is across the axis and turns the other way
+    along, across = np.eye(3)[axis - 2], np.eye(3)[axis - 1]
+    after = np.cos(angle) * along - np.sin(angle) * across
+    return RateSegment(time, rate, np.zeros(3), 9.81 * along, 9.81 * after)
+
+
+def test_a_table_that_stands_at_several_rates_reaches_no_end_of_the_range() -> None:
+    """Each axis stands at slower and at faster rates; the fastest is long and loses nothing."""
+    turns = [(a, p, n) for a in range(3) for p, n in ((210.0, 5), (290.0, 5), (294.0, 40))]
+    assert clipped_motions([_on_a_table(*one) for one in turns], "rad/s") == [None] * len(turns)
