@@ -148,6 +148,7 @@ class SlowKind:
         white: share of what is left between the holds that is no slow error, shape (s,).
         shown: least share of them that a fit leaves in its errors and does not take up.
         long: whether they last as long as the session.
+        again: how much likelier another session is to have them than the weights say.
     """
 
     weight: FloatArray
@@ -158,6 +159,7 @@ class SlowKind:
     white: FloatArray
     shown: float
     long: bool
+    again: float = 1.0
 
     def moving(self, k: int, one: Fitted, between: Between | None) -> tuple[FloatArray, FloatArray]:
         """By how much slow errors of fit ``k`` move each parameter, and their covariance.
@@ -213,7 +215,7 @@ class SlowErrors:
                 total += np.outer(kind.size[k], ((pull @ slow) * pull).sum(axis=1))
             if between is not None:
                 total += np.outer(kind.white, between.pull**2 @ between.variance)
-            shares.append(kind.weight[1:])
+            shares.append(kind.again * kind.weight[1:])
             found.append(total[1:])
         share = np.concatenate(shares)
         return np.asarray(share / share.sum()), np.concatenate(found)

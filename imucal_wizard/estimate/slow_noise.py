@@ -41,6 +41,8 @@ FIELD_FLICKER, FIELD_WALK, FIELD_DRIFT = 0.02, 0.04, 0.02
 drifts. The rest is what the place does to the sensor, which differs within a room by more than the
 bias wanders."""
 FIELD_PLACE = 1.0 - FIELD_FLICKER - FIELD_WALK - FIELD_DRIFT
+"""For intervals of the parameters, which places move most. For the sizes from which effects are
+seen, flicker noise counts as much as places do: every sensor has some."""
 PLACE_SECONDS = 3.0, 6.0
 """Seconds of motion from one place to another that does something else to the sensor. What lasts
 longer is like a random walk of the bias, whose mean over the session belongs to the bias."""
@@ -107,7 +109,9 @@ def estimate_slow_errors(
         log = kind.weight + np.log(chance * of_parts)
         if rests is not None:
             log += rests.evidence(kernel, kind.size, of_strength)
-        kinds.append(replace(kind, weight=log, long=kernel is not None))
+        # a session hardly tells flicker noise from places, and it hides a slow effect more
+        again = FIELD_PLACE / FIELD_FLICKER if of_field and kernel is averaged else 1.0
+        kinds.append(replace(kind, weight=log, long=kernel is not None, again=again))
     highest = max(float(kind.weight.max()) for kind in kinds)
     total = sum(float(np.exp(kind.weight - highest).sum()) for kind in kinds)
     return SlowErrors(
