@@ -49,6 +49,9 @@ equally good: a moment before and one after the hold left out."""
 EARLY = 2.0 / 3.0
 """Share of the holds and rotations, in the order of time, that predict the later ones."""
 
+LEAST_OF_NOISES = 1e-3
+"""Variance of a hold by noise, of the largest, below which holds do not differ any more."""
+
 MADE_BY_NOISE_P = 0.05
 """Probability of errors as large as those that count as made by noise."""
 MIN_LATER = 3
@@ -197,7 +200,10 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     number = int(items.item.max(initial=0)) + 1
     unlike = 2.0 * _squares(pulled[items.rows] / number**0.5)
     if number == len(items.rows):  # one row each, as holds have
-        unlike += float(np.var(own_squares[items.rows])) / number
+        # of a few values that differ by factors the variance misses the rare large ones
+        own = own_squares[items.rows]
+        own = np.maximum(own, LEAST_OF_NOISES * float(own.max()) + np.finfo(float).tiny)
+        unlike += float(own.mean()) ** 2 * np.expm1(float(np.var(np.log(own)))) / number
     judged = expected[items.rows]
     freedom = 2.0 / (2.0 * _squares(judged) / float((judged**2).sum()) ** 2 + unlike / new**4)
     usual = items.rms(errors) * new / items.mean((expected**2).sum(axis=1))
