@@ -180,10 +180,12 @@ class SlowErrors:
         kinds: the kinds of slow errors.
         variance: of the white errors of each hold but for a factor, in each of the fits that tell
             these errors, shape (n,) each. Fits of other weights have the same errors.
+        apart: whether repeats or a rest show slow errors apart from the model.
     """
 
     kinds: tuple[SlowKind, ...]
     variance: tuple[FloatArray, ...]
+    apart: bool = False
 
     @property
     def measured(self) -> bool:
@@ -195,8 +197,8 @@ class SlowErrors:
     ) -> tuple[FloatArray, FloatArray]:
         """What the errors of another session with this sensor may be.
 
-        That none of them is slow is left out: a session in which slow errors happened to be small
-        does not show that the next one has none.
+        That none of them is slow is left out where nothing shows them apart from the model: what
+        is small in such a session may be so by chance, or taken up by the model.
 
         Args:
             fitted: the fits of the same holds, with any combinations in place of the parameters.
@@ -207,6 +209,7 @@ class SlowErrors:
             combinations under each, shape (s, k).
         """
         shares, found = [], []
+        first = 0 if self.apart else 1
         for kind in self.kinds:
             total = np.zeros((len(kind.weight), len(fitted[0].pull)))
             for k, one in enumerate(fitted):
@@ -215,15 +218,15 @@ class SlowErrors:
                 total += np.outer(kind.size[k], ((pull @ slow) * pull).sum(axis=1))
             if between is not None:
                 total += np.outer(kind.white, between.pull**2 @ between.variance)
-            shares.append(kind.again * kind.weight[1:])
-            found.append(total[1:])
+            shares.append(kind.again * kind.weight[first:])
+            found.append(total[first:])
         share = np.concatenate(shares)
         return np.asarray(share / share.sum()), np.concatenate(found)
 
     def scaled(self, factor: float) -> "SlowErrors":
         """The same in a unit of which the old one is so many."""
         kinds = tuple(replace(kind, size=factor**2 * kind.size) for kind in self.kinds)
-        return SlowErrors(kinds, tuple(factor**2 * one for one in self.variance))
+        return replace(self, kinds=kinds, variance=tuple(factor**2 * v for v in self.variance))
 
     def loading(self, independent: Decorrelation) -> FloatArray:
         """By how much the latent slow errors that matter move the holds of the one fit, (n, m).

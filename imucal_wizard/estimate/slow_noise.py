@@ -117,6 +117,7 @@ def estimate_slow_errors(
     return SlowErrors(
         tuple(replace(kind, weight=np.exp(kind.weight - highest) / total) for kind in kinds),
         tuple(one.white for one in fitted),
+        apart=measured,
     )
 
 

@@ -168,6 +168,12 @@ def test_the_next_session_may_have_slow_errors_although_this_one_shows_none() ->
     slow, fast = shares @ variances
     assert 1.2 * left.var() < slow < 10.0 * left.var()
     assert fast == pytest.approx(left.var(), rel=0.3)
+    # where repeats show that there is hardly any, another session is likely to have hardly any
+    told = estimate_slow_errors(spans, [fitted], True)
+    assert told is not None
+    shares, variances = told.foreseen([replace(fitted, pull=combinations)])
+    assert shares.sum() == pytest.approx(1.0)
+    assert left.var() < (shares @ variances)[0] < 0.8 * slow
 
 
 @pytest.mark.parametrize(("seconds", "rate"), [(90, 50.0), (240, 2.0), (7200, 10.0)])
