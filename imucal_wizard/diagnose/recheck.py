@@ -370,19 +370,21 @@ def judge_field(
     limit = max(limit, FIELD_FLOORS * floor)
     made = SensorRecheck(RecheckVerdict.GO, None, limit, floor, unit)
     length = np.linalg.norm(field, axis=1)
-    shown = np.abs(field) > FIELD_SHARE * length[:, None]
-    axes = [axis for axis, seen in zip(AXES, shown.sum(axis=0), strict=True) if seen < 2]
-    if axes or not len(field):
-        says = f"the field was not seen on {', '.join(axes or AXES)}: turn that axis towards it"
-        return replace(made, verdict=RecheckVerdict.INSUFFICIENT, says=says)
-    error = float(length.std(ddof=1))
-    if up is not None:
+    error = float(length.std(ddof=1)) if len(field) > 1 else 0.0
+    if up is not None and len(field) > 1:
         dip = np.arcsin((field * up).sum(axis=1) / length / np.linalg.norm(up, axis=1))
         error = max(error, float(dip.std(ddof=1) * length.mean()))
     what = "magnitude varies" if up is None else "magnitude and dip vary"
     words = f"{what} by {quantity(error, unit)}, limit {quantity(limit, unit)}"
-    verdict = RecheckVerdict.NO_GO if error > limit else RecheckVerdict.GO
-    return replace(made, verdict=verdict, error=error, says=words)
+    made = replace(made, error=error, says=words)
+    if error > limit:  # however few directions show it
+        return replace(made, verdict=RecheckVerdict.NO_GO)
+    shown = np.abs(field) > FIELD_SHARE * length[:, None]
+    axes = [axis for axis, seen in zip(AXES, shown.sum(axis=0), strict=True) if seen < 2]
+    if axes or not len(field):
+        says = f"the field was not seen on {', '.join(axes or AXES)}: turn that axis towards it"
+        return replace(made, verdict=RecheckVerdict.INSUFFICIENT, error=None, says=says)
+    return made
 
 
 def device_verdict(
@@ -406,7 +408,8 @@ def device_verdict(
             verdict = worse
     if RecheckVerdict.GO not in verdicts and verdict is RecheckVerdict.GO:
         verdict = RecheckVerdict.INSUFFICIENT
-    reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict is verdict]
+    told = {verdict, RecheckVerdict.INSUFFICIENT}
+    reasons = [f"{name}: {one.says}" for name, one in sensors.items() if one.verdict in told]
     if not advice and any(one.misread for one in sensors.values()):
         advice = "the readings are not scaled as those that were calibrated"
     advice = (

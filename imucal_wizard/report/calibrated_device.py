@@ -220,8 +220,10 @@ class CalibratedDevice:
                     again[MAGNETOMETER] = self._field(
                         with_axes(measured, every), again.get(ACCELEROMETER)
                     )
-                    if again[MAGNETOMETER].verdict is not RecheckVerdict.NO_GO:
+                    if again[MAGNETOMETER].verdict is RecheckVerdict.GO:
                         break
+                else:  # too few directions under other axes agree with nothing
+                    again[MAGNETOMETER] = field
             if not self._wrong(again, measured):
                 found.append((every, again))
         least = min((axes_changed(axes) for axes, _ in found), default=0.0)

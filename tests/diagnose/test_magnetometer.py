@@ -15,7 +15,7 @@ from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.next_poses import next_requests
-from imucal_wizard.diagnose.recheck import judge_field
+from imucal_wizard.diagnose.recheck import RecheckVerdict, judge_field
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
@@ -348,3 +348,15 @@ def test_the_scatter_of_a_field_over_six_holds_is_that_of_a_sample() -> None:
     lengths = np.array([47.0, 49.0, 47.0, 49.0, 47.0, 49.0])
     found = judge_field(lengths[:, None] * np.eye(3)[[0, 1, 2, 0, 1, 2]], None, 0.1, 0.0, "uT")
     assert found.error == pytest.approx(np.sqrt(6.0 / 5.0))
+
+
+def test_a_magnitude_that_varies_is_no_go_however_few_axes_saw_the_field() -> None:
+    """A bias that has moved by twice the field leaves one axis on one side of it."""
+    field = 50.0 * np.concatenate([np.eye(3), -np.eye(3)])
+    moved = judge_field(field + np.array([0.0, 100.0, 0.0]), None, 0.5, 0.1, "uT")
+    assert moved.verdict is RecheckVerdict.NO_GO
+    assert moved.error is not None
+    assert moved.error > 0.5
+    few = judge_field(field[[0, 0, 1, 1]], None, 0.5, 0.1, "uT")
+    assert few.verdict is RecheckVerdict.INSUFFICIENT
+    assert few.error is None
