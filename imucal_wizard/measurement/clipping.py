@@ -208,7 +208,10 @@ def clipped_motions(
         steady = exact & (np.array(steadiness) > MAX_STEADY_SHARE)
         if not _angle_lost(motions, steady, slow & ~exact, unit):
             # and the rate at which it stands is no end of the range in any other turn
-            shown = steady & np.isfinite(_gravity_ratios(motions, unit))
+            ratios = _gravity_ratios(motions, unit)
+            others = ratios[slow & ~exact & np.isfinite(ratios)]
+            usual = median(others) if len(others) >= MIN_SLOW_MOTIONS else 1.0
+            shown = steady & (np.abs(ratios / usual - 1.0) < MIN_SHORTFALL)
             no_end = (1.0 + MAX_RANGE_DIFFERENCE) * float(tops[shown, 0].max(initial=0.0))
             honest = steady | (exact & (tops[:, 0] <= no_end))
             axes = [None if free else axis for axis, free in zip(axes, honest, strict=True)]
@@ -270,12 +273,15 @@ def _angle_lost(
     short, honest = (ratios[which & np.isfinite(ratios)] for which in (fast, slow))
     if not len(short):
         return False
-    if len(honest) < MIN_SLOW_MOTIONS:  # the scale itself is not known
-        return unit != COUNT and median(short) > 1.0 + MIN_UNKNOWN_SHORTFALL
-    usual = median(honest)
-    spread = robust_deviation(honest - usual) / usual
-    spread *= np.sqrt(1.0 / len(short) + 1.0 / len(honest))
-    return bool(median(short) / usual > 1.0 + max(MIN_SHORTFALL, 5.0 * spread))
+    usual, doubt = 1.0, np.inf
+    if len(honest) >= MIN_SLOW_MOTIONS:
+        usual = median(honest)
+        spread = robust_deviation(honest - usual) / usual
+        doubt = max(MIN_SHORTFALL, 5.0 * spread * np.sqrt(1.0 / len(short) + 1.0 / len(honest)))
+    # too few, or about axes that differ by more than clipping takes away: the scale is not known
+    if unit != COUNT and doubt > MIN_UNKNOWN_SHORTFALL:
+        usual, doubt = 1.0, MIN_UNKNOWN_SHORTFALL
+    return bool(median(short) / usual > 1.0 + doubt)
 
 
 def _top(turned: FloatArray) -> tuple[float, float]:
