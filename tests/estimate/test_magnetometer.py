@@ -131,7 +131,8 @@ def test_rounding_moves_the_mean_of_a_rest_and_not_that_of_a_turn() -> None:
     by_rounding = np.sqrt((data.rounding**2).sum(axis=1))
     still = data.pieces.still(data.samples.magnetic)
     assert root_mean_square(by_rounding[still]) == pytest.approx(1.9, abs=0.4)
-    assert root_mean_square(by_rounding[~still]) < 0.7
+    # of a turn its slow ends have some; 1.7 if every row had as much as a rest
+    assert root_mean_square(by_rounding[~still]) < 1.1
 
 
 def test_a_short_arc_of_a_turn_is_no_pose_that_is_held() -> None:

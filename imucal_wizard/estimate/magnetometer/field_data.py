@@ -185,18 +185,21 @@ def field_data(
     before = variance_before_rounding(_noise_at_rest(pieces, values, reading < step**2), step)
     shift = rounding_variance(before, step)
     near = np.abs(pieces.reading - pieces.spread(pieces.medians(pieces.reading))) < 0.5 * step
-    resting = near * _left_by_motion(pieces, step)
+    left = _left_by_motion(pieces, step)
+    passing = (inward**2 * shift * _of_runs(pieces, ~near * left, step)).sum(axis=1)
+    resting = near * left
     inward = inward * pieces.mean(resting)
     rounded = (inward**2 * shift).sum(axis=1)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
-    scatter = per_sample + pieces.spread(rounded)
+    scatter = per_sample + pieces.spread(rounded + passing)
     longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
     corrected = field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
     seen = unit_vectors(pieces.mean(magnetic))
     poses = group_directions(seen, SAME_FIELD)
     own = np.maximum(pieces.mean(noise) / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2)
+    own += passing
     rounding = np.zeros((len(own), 0))
     if (rounded > MIN_ROUNDING_SHARE * own).any():
         there = unit_vectors(magnetic) * (resting.T[:, :, None] + TURNING_WEIGHT)
@@ -256,14 +259,32 @@ def _left_by_motion(pieces: Pieces, step: FloatArray) -> FloatArray:
 
     A reading that passes a whole step while a piece lasts has none left in its mean.
     """
-    ends = pieces.reading[:1], pieces.reading[-1:]
-    change = np.abs(np.diff(pieces.reading, axis=0, prepend=ends[0], append=ends[1]))
-    before, after = change[:-1].copy(), change[1:].copy()
-    first, last = pieces.offsets[:-1], pieces.offsets[1:] - 1
-    first, last = first[first < last], last[first < last]
-    before[first], after[last] = after[first], before[last]
-    passed = 0.5 * (before + after) / np.where(step > 0.0, step, np.inf)
+    change = np.abs(np.diff(pieces.reading, axis=0)) / np.where(step > 0.0, step, np.inf)
+    end = np.full((1, 3), np.inf)
+    # a reading that goes on by a whole step at one end of a piece may have stood still until then
+    passed = np.minimum(np.concatenate([end, change]), np.concatenate([change, end]))
     return np.asarray(np.sinc(np.minimum(passed, 1.0)))
+
+
+def _of_runs(pieces: Pieces, left: FloatArray, step: FloatArray) -> FloatArray:
+    """Variance of a group's mean by rounding, over that of a reading, shape (k, 3).
+
+    Pieces that follow one another at one step share their error; those at other steps have others.
+
+    Args:
+        pieces: the pieces.
+        left: share of the error that the mean of each has, shape (p, 3).
+        step: of the readings, shape (3,).
+    """
+    out = np.zeros((len(pieces.offsets) - 1, 3))
+    of_group = np.repeat(np.arange(len(out)), np.diff(pieces.offsets))
+    for axis in range(3):
+        begins = np.append(True, np.abs(np.diff(pieces.reading[:, axis])) > 0.5 * step[axis])
+        begins[pieces.offsets[:-1]] = True
+        starts = np.flatnonzero(begins)
+        runs = np.add.reduceat(left[:, axis] * pieces.count, starts)
+        out[:, axis] = np.bincount(of_group[starts], runs**2, len(out))
+    return out / pieces.samples[:, None] ** 2
 
 
 def _shared_rounding(
