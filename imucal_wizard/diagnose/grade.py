@@ -25,6 +25,7 @@ from imucal_wizard.estimate.result import (
     SensorFit,
     beyond_limit,
     impossible_scale,
+    usual_scale,
 )
 
 Limits = Mapping[str, float]
@@ -47,7 +48,7 @@ what it sums up to in a usual rotation."""
 _REASONS = {
     Verdict.MISSING: "something is missing in the model",
     Verdict.AMBIGUOUS: "something is missing in the model, and several effects explain it",
-    Verdict.UNEXPLAINED: "more than noise is left, and no explanation is certain",
+    Verdict.UNEXPLAINED: "noise hardly makes all that is left, and no explanation is certain",
     Verdict.NOT_REPEATABLE: "the same pose does not repeat",
     Verdict.DISTURBED: "a part of the measurement disagrees with all the rest",
     Verdict.INSUFFICIENT: "the data are too few for this model",
@@ -139,9 +140,11 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
     known = fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT
     scale = impossible_scale(fit.matrix) if known else None
     if scale is not None:
+        # a wrong sampling rate changes the angle about all axes alike
+        by_rate = fit.unit == "rad" and scale == usual_scale(fit.matrix)[0]
+        causes = "the unit, the range or the sampling rate" if by_rate else "the unit or the range"
         return (
-            f"no sensor has its scale, about {number(scale, 2)}: a column, unit, range or sampling "
-            "rate is wrong"
+            f"its scale of about {number(scale, 2)} is impossible: {causes} is wrong, or a column"
         )
     if diagnosis.warned(NoticeKind.AXES):
         return "its axes do not match the accelerometer's"

@@ -4,7 +4,7 @@ import numpy as np
 
 from imucal_wizard.core.directions import SAME_DIRECTION, unit_vectors
 from imucal_wizard.core.notices import NoticeKind
-from imucal_wizard.core.quantities import as_sentence, listed, quantity
+from imucal_wizard.core.quantities import as_sentence, listed, number, quantity
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.diagnosis import Diagnosis
 from imucal_wizard.diagnose.effect_text import sizes_text
@@ -47,7 +47,8 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
             where = f"{repeats} from one time to another, {within} within each"
             sentences.append(
                 f"The same direction does not repeat: {where}. The field changes from place to "
-                "place or in time, or the error differs between directions that are nearly alike."
+                "place or in time, the axes are read at different times, or the error differs "
+                "between directions that are nearly alike."
             )
         elif diagnosis.verdict is Verdict.COMPLETE:
             sentences.append(
@@ -61,6 +62,16 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
                 f"{within}: the reading does not repeat, or the error differs between poses that "
                 "are nearly alike."
             )
+    lack = diagnosis.opinion.lack
+    alone = diagnosis.verdict is Verdict.COMPLETE and lack.p < TEST_LEVEL
+    if alone and found is not None and found.repeatable:
+        visits = "poses" if bench.measured.at_rest else "directions"
+        sentences.append(
+            f"What is left is {number(lack.ratio, 2)} times what the noise within each hold makes; "
+            f"it is complete only because repeated {visits} differ by "
+            f"{quantity(found.rms, floors.unit)}, which few repeats tell. An error of the sensor "
+            "as small as that may be hidden: repeat more of them."
+        )
     fitted, held_out = bench.fit.rms_fitted, bench.fit.rms_held_out
     above_noise = held_out is not None and held_out > (bench.fit.floor or 0.0)
     if above_noise and held_out is not None and held_out > TOO_FEW_RATIO * fitted > 0.0:

@@ -3,8 +3,8 @@
 A magnitude cannot tell ``M`` from ``R M`` with any rotation R, so a calibration from magnitudes
 alone needs a convention for the body frame:
 
-* *triangular* (Q, eq. 3–8): ``M = R T`` with T upper triangular; x along the sensor's x axis, y in
-  the plane of its x and y axes. T of M is the R of a QR decomposition; for the sensitivity
+* *triangular* (Q, eq. 3–8): ``M = R T`` with T upper triangular; the x axis alone reads an input
+  along x, the x and y axes one along y. T of M is the R of a QR decomposition; for the sensitivity
   ``S = M⁻¹`` the same is an RQ decomposition.
 * *symmetric* (N, eq. 7): ``M = R P`` with P symmetric, the polar decomposition; the body frame is
   the one nearest to the sensor's axes.

@@ -1,6 +1,7 @@
 """Conversion of matrix and bias to named parameters with standard errors.
 
-The body frame is Q's: x along the sensor's x axis, y in the plane of its x and y axes. Then
+The body frame is Q's: the sensor's x axis alone reads an input along x, its x and y axes one along
+y. Then
 ``M = K·T`` (Q, eq. 3–8) with
 
     M_xx = k_x      M_xy = k_x θ_yz      M_xz = k_x (θ_yz θ_zx − θ_zy)

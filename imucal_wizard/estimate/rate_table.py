@@ -3,10 +3,11 @@
 The rate or angle of the table is known; the axis in the device is not. Each step is therefore one
 row, ``|∫ M (y − b) dt| = θ`` (``model.rows.known_rotation``), beside the rates at rest. These rows
 do not change if M is multiplied from the left by a rotation or a reflection. Without other rows, M
-is upper triangular: the frame is the gyroscope's own, x along its x axis, y in the plane of its x
-and y axes, right-handed. M then gives the scale of each axis and the angles between the axes, but
-not how the axes lie in the housing or relative to the accelerometer. With rotations between rests,
-which close against gravity, all nine gains are determined in the accelerometer's frame.
+is upper triangular: the frame is the gyroscope's own, right-handed; its x axis alone reads a rate
+about x, its x and y axes one about y. M then gives the scale of each axis and the angles between
+the axes, but not how the axes lie in the housing or relative to the accelerometer. With rotations
+between rests, which close against gravity, all nine gains are determined in the accelerometer's
+frame.
 """
 
 from collections.abc import Callable, Sequence

@@ -171,9 +171,10 @@ def _table_lines(fit: SensorFit) -> list[str]:
     paragraphs = [text]
     if fit.frame == "own":
         paragraphs.append(
-            "The matrix is in the gyroscope's own frame: x along its x axis, y in the plane of its "
-            "x and y axes. A table about an unknown axis shows the scales and the angles between "
-            "the axes, but neither how the gyroscope lies in its housing nor a mirrored axis."
+            "The matrix is upper triangular, in the gyroscope's own frame: its x axis alone reads "
+            "a rate about x, its x and y axes one about y. A table about an unknown axis shows the "
+            "scales and the angles between the axes, but neither how the gyroscope lies in its "
+            "housing nor a mirrored axis."
         )
     return [
         line

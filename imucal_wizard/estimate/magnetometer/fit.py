@@ -326,8 +326,8 @@ def _warnings(found: MagnetometerFit) -> list[str]:
         notes.append(
             f"the field was disturbed {often} by up to {max(run.size for run in passed):.3g} "
             f"{unit_sign(unit)}: {plural(sum(run.samples for run in passed), 'sample')} {verb}. "
-            "Iron, a magnet or a current was near, or its axes are read at different "
-            "times while the device turns"
+            "Iron, a magnet or a current was near, or the magnetometer's axes are read at "
+            "different times while the device turns"
         )
     for run in found.left_out:
         if run.single:
