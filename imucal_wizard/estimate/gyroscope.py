@@ -465,10 +465,12 @@ class GyroscopeExperiment(Movable):
     def foreseen(
         self, found: Minimum[Experiment], combinations: FloatArray
     ) -> tuple[FloatArray, FloatArray] | None:
-        """See ``Experiment``."""
+        """See ``Experiment``; few rests show slow noise, which may be small in them by chance."""
         rests = _Rests(found, self.resting, combinations)
         slow = rests.slow_errors(self.long_rest)
-        return None if slow is None else slow.foreseen(rests.axes, rests.between)
+        if slow is None:
+            return None
+        return replace(slow, apart=False).foreseen(rests.axes, rests.between)
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
         """See ``Experiment``: gains left nominal, errors of the reference, slow noise."""
