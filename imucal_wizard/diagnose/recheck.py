@@ -23,7 +23,7 @@ from imucal_wizard.core.poses import (
     POSE_TOLERANCE_DEG,
     angle_between,
 )
-from imucal_wizard.core.quantities import as_sentence, number, quantity
+from imucal_wizard.core.quantities import as_sentence, listed, number, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.calibrated_sensor import (
@@ -351,7 +351,8 @@ def _most(change: Change, moved: Sequence[MovedParameter]) -> str:
     every = known.named(known.calibration.entries)
     if len(moved) > MANY_MOVED * len(every):
         return "; nearly every parameter has moved: is this the device that was calibrated?"
-    return f"; {moved[0].parameter} has moved" if moved else ""
+    names = [one.parameter for one in moved]
+    return f"; {listed(names)} {'has' if len(names) == 1 else 'have'} moved" if names else ""
 
 
 def judge_field(
