@@ -68,7 +68,7 @@ def reservation_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         visits = "poses" if bench.measured.at_rest else "directions"
         sentences.append(
             f"What is left is {number(lack.ratio, 2)} times what the noise within each hold makes; "
-            f"it is complete only because repeated {visits} differ by "
+            f"the model counts as complete because repeated {visits} differ by "
             f"{quantity(found.rms, floors.unit)}, which few repeats tell. An error of the sensor "
             "as small as that may be hidden: repeat more of them."
         )
