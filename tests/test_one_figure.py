@@ -28,7 +28,8 @@ from imucal_wizard.diagnose.grade import graded
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import FitOptions
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.report.calibration_file import Sensor
+from imucal_wizard.report.calibration_file import Calibration, Sensor
+from imucal_wizard.report.proof import Proof, nominal
 from imucal_wizard.run.review import fit_stream
 from imucal_wizard.tui.options import WizardOptions
 from imucal_wizard.tui.panels.report import fit_summary
@@ -58,7 +59,7 @@ class Outputs:
         documents: the JSON of each command.
         statuses: the exit status of each command.
         texts: what each command prints.
-        saved: the calibration that ``fit`` has saved.
+        file: the calibration that ``fit`` has saved.
     """
 
     name: str
@@ -72,7 +73,7 @@ class Outputs:
     documents: dict[str, dict[str, Any]]
     statuses: dict[str, int]
     texts: dict[str, str]
-    saved: dict[str, Sensor]
+    file: Calibration
 
 
 SHORT = ("second-order", "six-faces", "xsens")
@@ -108,7 +109,7 @@ def outputs(
     sensors = fit.judged(diagnosis).sensors
     return Outputs(
         request.param, recording, fit.report, fit.benches.readings, first, sensors, diagnosis,
-        words, documents, statuses, texts, iw.load(saved).sensors,
+        words, documents, statuses, texts, iw.load(saved),
     )  # fmt: skip
 
 
@@ -152,7 +153,14 @@ def test_the_figures_are_the_recorded_ones(outputs: Outputs) -> None:
 def test_fit_and_the_saved_file_tell_what_python_tells(outputs: Outputs) -> None:
     found = outputs.documents["fit"]["sensors"]
     assert found == {name: record(sensor) for name, sensor in outputs.sensors.items()}
-    assert found == {name: record(sensor) for name, sensor in outputs.saved.items()}
+    assert found == {name: record(sensor) for name, sensor in outputs.file.sensors.items()}
+
+
+def test_the_saved_measurements_show_the_error_before_that_the_fit_tells(outputs: Outputs) -> None:
+    """An export is proven by them, and says the error of the readings as they are."""
+    for name, error in Proof(outputs.file).errors(nominal(outputs.file), frame=False).items():
+        # rotations are kept as increments, and a circle's chords are shorter than its arcs
+        assert error == pytest.approx(outputs.file[name].rms_before, rel=1e-3)
 
 
 def test_bench_tells_what_fit_tells(outputs: Outputs) -> None:

@@ -256,15 +256,23 @@ class Proof:
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
     def _field_errors(self, corrected: FloatArray) -> FloatArray:
-        """Magnitude of each row of the fit about their mean: no place has a known field."""
+        """Magnitude of each row of the fit less the field, or less their mean where none is known."""
+        size = self._magnitudes(corrected)
+        sensor = self._calibration["magnetometer"]
+        if "field" in sensor.parameters or sensor.unit != SI_UNIT["magnetometer"]:
+            return np.asarray(size - size.mean())
+        # the file does not hold the field; it is what the calibration itself gives in the mean
+        own = self._magnitudes(self._own["magnetometer"](self._samples["magnetometer"]))
+        return np.asarray(size - own.mean())
+
+    def _magnitudes(self, corrected: FloatArray) -> FloatArray:
         means = self._calibration.field_means
         size = np.linalg.norm(corrected, axis=1) + [one.shortened for one in means]
         # in an older file each mean is a row
         groups = np.array([k if one.group is None else one.group for k, one in enumerate(means)])
         rows = np.searchsorted(distinct(groups), groups)
         samples = np.array([one.samples for one in means])
-        size = np.bincount(rows, samples * size) / np.bincount(rows, samples)
-        return np.asarray(size - size.mean())
+        return np.asarray(np.bincount(rows, samples * size) / np.bincount(rows, samples))
 
 
 def contradiction(calibration: "Calibration") -> str:

@@ -13,13 +13,14 @@ from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.output import encode_json
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.report.axes import named_values
-from imucal_wizard.report.calibration_file import Calibration, SavedEffect
+from imucal_wizard.report.calibration_file import Calibration, SavedEffect, Value
 from imucal_wizard.report.exports import ExportSettings, adafruit, targets, write_export
 from imucal_wizard.report.reduced import Kept
 from tests.report.devices import (
     BIAS,
     DRIFT,
     FELT,
+    FIELD,
     HARD_IRON,
     IRON,
     MATRIX,
@@ -215,6 +216,22 @@ def test_a_symmetric_magnetometer_loses_its_alignment_and_says_so(
     angle = np.degrees(np.arctan2(MOUNTED[1, 0], MOUNTED[0, 0]))
     lost = [text for text in done.cannot_hold if "alignment of the magnetometer" in text]
     assert f"{angle:.2f}°" in lost[0]
+
+
+def test_readings_of_another_size_than_a_known_field_err_by_the_difference(
+    tmp_path: Path,
+) -> None:
+    """An unknown field says only that the size is constant."""
+    made = calibration(felt=False)
+    readings = np.array([one.reading for one in made.field_means])
+    sizes = np.linalg.norm(readings, axis=1)
+    done = write_export(made, "px4", tmp_path / "known.txt").sensors["magnetometer"]
+    assert done.rms_before == pytest.approx(np.sqrt(np.mean((sizes - FIELD) ** 2)))
+    unknown = {"field": Value(FIELD, None, "µT")}
+    sensor = msgspec.structs.replace(made["magnetometer"], parameters=unknown)
+    made = msgspec.structs.replace(made, sensors={**made.sensors, "magnetometer": sensor})
+    done = write_export(made, "px4", tmp_path / "unknown.txt").sensors["magnetometer"]
+    assert done.rms_before == pytest.approx(np.std(sizes))
 
 
 @pytest.mark.parametrize("mirrored", [1.0, -1.0])

@@ -356,7 +356,7 @@ class MagnetometerExperiment(Experiment):
         gain = data.gain
         if not data.known:  # only the size's constancy counts where nobody knows it
             sizes = np.linalg.norm(data.pieces.reading - bias, axis=1) + data.pieces.extra / gain
-            gain = data.field / float(sizes.mean())
+            gain = data.field / float(data.pieces.mean(sizes).mean())
         elif self.unit == data.error_unit:
             gain = 1.0
         return Parameters(gain * np.eye(3), bias)
