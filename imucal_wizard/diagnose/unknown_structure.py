@@ -45,11 +45,13 @@ SHARES = {
     "knee": 0.04,
     "across": 0.05,
     "gain": 0.05,
+    "power": 0.015,
 }
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
 along one certain axis in any shape, as a wave, as a jump or as a knee; how often the error or the
-scale of one certain axis follows the force along one certain other one. Most errors of a sensor are
-either odd or even. Along axes it is over the rate as often as over the force."""
+scale of one certain axis follows the force along one certain other one, smoothly or as a power of
+its size. Most errors of a sensor are either odd or even. Along axes it is over the rate as often as
+over the force."""
 SIGNS = {"sphere": 0, "odd": -1, "even": 1}
 """By which inversion multiplies structure on the sphere; 0 by nothing certain."""
 JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
@@ -57,6 +59,9 @@ JUMPS = tuple(np.linspace(-0.9, 0.9, 13))
 KNEES = tuple(one for one in JUMPS if 0.25 < abs(one) < 0.7)
 """Inputs at which its slope may change. One at 0 is the asymmetry of the catalogue, and beyond the
 edges of a cube, at 0.71 g, one hold shows it: the same as a disturbed hold."""
+POWERS = (1.0, 3.0)
+"""Of the size of the force along another axis. Two is a cross effect of the catalogue, whose curve
+these are told from only by inputs between the faces and edges of a cube, or by little noise."""
 JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
 JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
@@ -114,6 +119,9 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
             prior = PRIOR[UNKNOWN] * SHARES[kind] / len(LENGTHS)
             courses = [one.of(partial(_smooth, length=length)) for length in LENGTHS]
             made += [_unknown(one.parameter, prior, course) for course in courses]
+            prior = PRIOR[UNKNOWN] * SHARES["power"] / len(POWERS)
+            courses = [one.of(partial(_power, number=number)) for number in POWERS]
+            made += [_unknown(one.parameter, prior, course, JUMP_SIZES) for course in courses]
     return made
 
 
@@ -164,6 +172,11 @@ def _jump(place: FloatArray, level: float) -> FloatArray:
 def _knee(place: FloatArray, level: float) -> FloatArray:
     """A change of slope, as where a mass touches a stop, shape (k, 1)."""
     return np.abs(place - level)
+
+
+def _power(place: FloatArray, number: float) -> FloatArray:
+    """A power of the size, shape (k, 1)."""
+    return np.abs(place) ** number
 
 
 def _by_rate(misfit: WhitenedResiduals, frame: Frame) -> list[Characteristic]:
