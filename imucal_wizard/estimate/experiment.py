@@ -1,5 +1,6 @@
 """An experiment: rows of one sensor, its base model, and where a fit of it begins."""
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import field
@@ -181,6 +182,11 @@ class Experiment(ABC):
     def scale_before(self) -> float:
         """By how much the errors of ``before`` are too small, in units of the readings."""
         return 1.0
+
+    @property
+    def largest_error(self) -> float:
+        """That an error can have, in ``error_unit``."""
+        return math.inf
 
     @abstractmethod
     def named(self, matrix: FloatArray, bias: FloatArray) -> dict[str, float]:

@@ -5,6 +5,7 @@ rows of one fit, each weighed by its own scatter.
 """
 
 import itertools
+import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from copy import copy
@@ -436,6 +437,11 @@ class GyroscopeExperiment(Movable):
             matrix.flat[fixed] = common.flat[fixed]
         bias = self._start.bias if "bias" in base else self.before().bias
         return Parameters(matrix, bias)
+
+    @property
+    def largest_error(self) -> float:
+        """See ``Experiment``: that of an angle between two directions."""
+        return math.pi
 
     def before(self) -> Parameters:
         """See ``Experiment``: of counts, one common scale and the mean at rest."""

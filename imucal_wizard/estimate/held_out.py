@@ -208,13 +208,14 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     freedom = 2.0 / (2.0 * _squares(judged) / float((judged**2).sum()) ** 2 + unlike / new**4)
     usual = items.rms(errors) * new / items.mean((expected**2).sum(axis=1))
     own = slice(0, noise.shape[1] - slow.shape[1])
+    largest = found.experiment.largest_error
     return HeldOut(
         errors=errors,
         floor_fitted=items.mean((fitted[:, own] ** 2).sum(axis=1)),
         floor=items.mean((expected[:, own] ** 2).sum(axis=1)),
         interval=(
             usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
-            usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5,
+            min(usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5, largest),
         ),
     )
 

@@ -144,13 +144,14 @@ def worse_than_none(
             f"with {plural(freedom or 0, 'degree')} of freedom, {quantity(before, unit)} without "
             "it. Do not apply it; measure more positions and rotations"
         )
-    said, likely, advice = "is", "", "do not apply it; measure again"
+    said, likely = "is", ""
     if interval is not None and interval[0] <= before:
-        said, advice = "may be", "do not apply it; measure more positions and rotations"
+        said = "may be"
         likely = f" (90 %: {quantity(interval[0], unit)} to {quantity(interval[1], unit)})"
     errors = (
         f"{quantity(error, unit)} on data held out{likely}, {quantity(before, unit)} without it"
     )
+    advice = "do not apply it; measure again"
     return f"the {sensor}'s calibration {said} worse than none: {errors}; {advice}"
 
 

@@ -177,7 +177,7 @@ def rounding_warnings(plain: Sequence[Hold], steps: Steps, units: dict[str, str]
             advice = finer_steps(float(step.max()), units[sensor])
             text = (
                 f"the {sensor}'s readings come in steps of {width}, larger than their noise: "
-                f"averages err by {error} however long the device is held still. {advice}"
+                f"averages err by about {error}, however long the device is held still. {advice}"
             )
             notes.append(Notice(text, NoticeKind.STEPS_OF_HOLDS, sensor))
     return notes

@@ -322,10 +322,11 @@ def _warnings(found: MagnetometerFit) -> list[str]:
     if passed:
         longest = max(passed, key=lambda run: run.samples)
         when = f"from {longest.start:.1f} to {longest.end:.1f} s"
-        often = when if len(passed) == 1 else f"{len(passed)} times, the longest {when},"
+        often = when if len(passed) == 1 else f"{len(passed)} times, the longest {when}"
+        size = f"{max(run.size for run in passed):.3g} {unit_sign(unit)}"
         notes.append(
-            f"the field was disturbed {often} by up to {max(run.size for run in passed):.3g} "
-            f"{unit_sign(unit)}: {plural(sum(run.samples for run in passed), 'sample')} {verb}. "
+            f"the field was disturbed {often}, its magnitude by up to {size}: "
+            f"{plural(sum(run.samples for run in passed), 'sample')} {verb}. "
             "Iron, a magnet or a current was near, or the magnetometer's axes are read at "
             "different times while the device turns"
         )
