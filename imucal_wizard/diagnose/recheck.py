@@ -266,7 +266,8 @@ def _judged(
     if known.zeroes and criteria.gyro_zeroed:
         says = "its bias is zeroed at each start: it is reported, not judged"
         return replace(made, verdict=RecheckVerdict.REPORTED, says=says)
-    words = f"error {quantity(change.error, unit)}, limit {quantity(limit, unit)}"
+    error, by_noise = quantity(change.error, unit), quantity(change.noise, unit)
+    words = f"error {error} (noise alone makes {by_noise}), limit {quantity(limit, unit)}"
     if misread := known.misread(change.found.calibration):
         says = f"{words}; {misread}"
         return replace(made, verdict=RecheckVerdict.NO_GO, moved=(), misread=True, says=says)
