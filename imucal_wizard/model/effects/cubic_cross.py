@@ -66,7 +66,8 @@ class CubicCross(Effect):
             "squares (xyy and the like) from third-order terms on several axes, nor xyy from yxx, "
             "whatever the number of poses: the squares of the three components add up to 1. "
             "Products need corners and tilts between faces and edges: poses at edges and corners "
-            "alone show only one sum of xxy, yxy and zxy.",
+            "alone show only one sum of xxy, yxy and zxy. Tilts between faces and edges also "
+            "tell a square from another power of the force on the other axis.",
             remedy="Add the term for use up to 1 g. For squares the third-order term corrects the "
             "same error up to 1 g. Do not extrapolate to several g.",
             confirm="On a centrifuge or shaker, apply a force along the axis alone: a cubic "
