@@ -227,7 +227,7 @@ def test_readings_of_another_size_than_a_known_field_err_by_the_difference(
     sizes = np.linalg.norm(readings, axis=1)
     done = write_export(made, "px4", tmp_path / "known.txt").sensors["magnetometer"]
     assert done.rms_before == pytest.approx(np.sqrt(np.mean((sizes - FIELD) ** 2)))
-    unknown = {"field": Value(FIELD, None, "µT")}
+    unknown = {"field": Value(FIELD, "uT", None)}
     sensor = msgspec.structs.replace(made["magnetometer"], parameters=unknown)
     made = msgspec.structs.replace(made, sensors={**made.sensors, "magnetometer": sensor})
     done = write_export(made, "px4", tmp_path / "unknown.txt").sensors["magnetometer"]

@@ -11,6 +11,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, robust_deviation
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.magnetometer.field_disturbances import LeftOut
+from imucal_wizard.estimate.magnetometer.field_rounding import field_rounding
 from imucal_wizard.estimate.magnetometer.pieces import (
     SMALLEST_NOISE,
     Pieces,
@@ -28,12 +29,7 @@ from imucal_wizard.estimate.magnetometer.surroundings import (
     within,
 )
 from imucal_wizard.estimate.noise import shrunk
-from imucal_wizard.measurement.rounding import (
-    resolution_of,
-    rounding_covariance,
-    rounding_variance,
-    variance_before_rounding,
-)
+from imucal_wizard.measurement.rounding import resolution_of
 from imucal_wizard.model.effect import Circumstances, FieldUnit
 
 FIELD_BASE = ("bias", "soft-iron")
@@ -41,8 +37,6 @@ FIELD_BASE = ("bias", "soft-iron")
 well known that it could be left at its nominal value."""
 USUAL_FIELD = 50.0
 """Field in µT that a usual size of an effect belongs to where nothing tells the field of counts."""
-WHOLE = 0.01
-"""Of a step, by which a whole number of steps may be off: readings are printed with few digits."""
 EQUAL_NOISE = 1.96
 """Standard errors within which the noise of means is that of independent samples: a 5 % test."""
 SPIKE_SIGMAS = 8.0
@@ -50,13 +44,6 @@ SPIKE_SIGMAS = 8.0
 SAME_FIELD = np.radians(6.0)
 """Groups whose directions of the field differ by no more repeat one another. What a model lacks
 differs between them by a fifth at most; at 12° it would pass for a lack of repeatability."""
-MIN_ROUNDING_SHARE = 0.01
-"""Variance by rounding over that of a group by noise, below which rounding is no matter."""
-PLACE_STEPS = 0.5
-"""Steps by which a calibration through rounded rests may be wrong in one direction."""
-TURNING_WEIGHT = 1e-6
-"""Weight of a direction in a turn against one at rest, in the mean direction of a group: it decides
-only where the group has no rest."""
 PASSING_SECONDS = 15.0
 """A disturbance that lasts longer is the room or the sensor: it is fitted and judged."""
 
@@ -162,9 +149,9 @@ def field_data(
     used, left_out = _used(start, readings)
     time, values = start.series.time[used], start.series.values[used]
     gain = float(np.cbrt(np.linalg.det(matrix)))
-    coarse = float((gain * resolution_of(values)).max() ** 2) / 12.0
+    by_steps = float((gain * resolution_of(values)).max() ** 2) / 12.0
     beside = recorded(time, readings)
-    pieces = cut(time, values, (values - bias) @ matrix.T, beside, coarse)
+    pieces = cut(time, values, (values - bias) @ matrix.T, beside, by_steps)
     magnetic = (pieces.reading - bias) @ matrix.T
     size = np.linalg.norm(magnetic, axis=1)
     (reading,) = pieces.scatter(values)
@@ -179,32 +166,17 @@ def field_data(
     white = ratio > 0.0 and abs(np.log(ratio)) < EQUAL_NOISE * error
     noise = (1.0 if white else ratio) * per_sample
     inward = pieces.mean(magnetic @ matrix / size[:, None])
-    # the samples of a rest share what rounding does; in motion readings pass many steps, and it
-    # averages out
-    step = _steps(values, reading)
-    before = variance_before_rounding(_noise_at_rest(pieces, values, reading < step**2), step)
-    shift = rounding_variance(before, step)
-    near = np.abs(pieces.reading - pieces.spread(pieces.medians(pieces.reading))) < 0.5 * step
-    left = _left_by_motion(pieces, step)
-    passing = (inward**2 * shift * _of_runs(pieces, ~near * left, step)).sum(axis=1)
-    resting = near * left
-    inward = inward * pieces.mean(resting)
-    rounded = (inward**2 * shift).sum(axis=1)
+    rounding = field_rounding(pieces, values, reading, inward)
     # noise across the field makes each sample's magnitude too long by σ² (tr MMᵀ − |Mᵀu|²)/2B
     along = ((magnetic @ matrix) ** 2).sum(axis=1) / size**2
-    scatter = per_sample + pieces.spread(rounded + passing)
+    scatter = per_sample + pieces.spread(rounding.rounded + rounding.passing)
     longer = scatter / along.mean() * (np.trace(matrix @ matrix.T) - along) / (2.0 * magnitude)
     corrected = field_unit(error_unit, magnitude)
     samples = around(pieces.time, magnetic, pieces.beside, readings, gravity, corrected)
     seen = unit_vectors(pieces.mean(magnetic))
     poses = group_directions(seen, SAME_FIELD)
     own = np.maximum(pieces.mean(noise) / pieces.samples, (SMALLEST_NOISE * magnitude) ** 2)
-    own += passing
-    rounding = np.zeros((len(own), 0))
-    if (rounded > MIN_ROUNDING_SHARE * own).any():
-        there = unit_vectors(magnetic) * (resting.T[:, :, None] + TURNING_WEIGHT)
-        places = np.moveaxis(unit_vectors(pieces.mean(np.moveaxis(there, 0, 1))), 1, 0)
-        rounding = _shared_rounding(places, (matrix, bias), magnitude, inward, before, step)
+    own += rounding.passing
     return FieldData(
         unit=unit,
         error_unit=error_unit,
@@ -214,9 +186,9 @@ def field_data(
         left_out=tuple(run.scaled(magnitude / start.radius) for run in left_out),
         pieces=replace(pieces, extra=pieces.extra - longer),
         samples=samples,
-        noise=own + rounded,
-        rounding=rounding,
-        shift=float(gain**2 * shift.mean()),
+        noise=own + rounding.rounded,
+        rounding=rounding.shared(pieces, magnetic, (matrix, bias), magnitude, own),
+        shift=float(gain**2 * rounding.shift.mean()),
         poses=poses,
         visits=visits_of(pieces, poses),
         circumstances=within(samples, pieces),
@@ -225,112 +197,6 @@ def field_data(
         gravity=gravity,
         readings=readings,
     )
-
-
-def _steps(values: FloatArray, scatter: FloatArray) -> FloatArray:
-    """Step of the readings on each axis, 0 for none, shape (3,).
-
-    Where most readings change from one pose to the next only, the least change is a step if all
-    readings are whole numbers of it apart.
-    """
-    step = resolution_of(values)
-    apart = (values - values[0]) / np.where(step > 0.0, step, 1.0)
-    whole = (np.abs(apart - np.round(apart)) < WHOLE).all(axis=0)
-    change = np.array([median(axis) for axis in scatter.T]) > (WHOLE * step) ** 2
-    return np.where(whole | change, step, 0.0)
-
-
-def _noise_at_rest(pieces: Pieces, values: FloatArray, still: BoolArray) -> FloatArray:
-    """Variance of single readings of each axis in the groups in which it is still, shape (3,).
-
-    A hand moves a coarse axis by less than a step while its readings still change: that is no noise
-    that would carry them from one step to the next. Infinite where no group is still.
-    """
-    out = np.full(3, np.inf)
-    for axis in np.flatnonzero(still.any(axis=0)):
-        variance, freedom = pieces.noise(values[:, axis])
-        weight = freedom * still[:, axis]
-        out[axis] = weight @ variance / max(float(weight.sum()), 1.0)
-    return out
-
-
-def _left_by_motion(pieces: Pieces, step: FloatArray) -> FloatArray:
-    """Share of the error by rounding that the mean of each piece has, shape (p, 3): 1 at rest.
-
-    A reading that passes a whole step while a piece lasts has none left in its mean.
-    """
-    change = np.abs(np.diff(pieces.reading, axis=0)) / np.where(step > 0.0, step, np.inf)
-    end = np.full((1, 3), np.inf)
-    # a reading that goes on by a whole step at one end of a piece may have stood still until then
-    passed = np.minimum(np.concatenate([end, change]), np.concatenate([change, end]))
-    return np.asarray(np.sinc(np.minimum(passed, 1.0)))
-
-
-def _of_runs(pieces: Pieces, left: FloatArray, step: FloatArray) -> FloatArray:
-    """Variance of a group's mean by rounding, over that of a reading, shape (k, 3).
-
-    Pieces that follow one another at one step share their error; those at other steps have others.
-
-    Args:
-        pieces: the pieces.
-        left: share of the error that the mean of each has, shape (p, 3).
-        step: of the readings, shape (3,).
-    """
-    out = np.zeros((len(pieces.offsets) - 1, 3))
-    of_group = np.repeat(np.arange(len(out)), np.diff(pieces.offsets))
-    for axis in range(3):
-        begins = np.append(True, np.abs(np.diff(pieces.reading[:, axis])) > 0.5 * step[axis])
-        begins[pieces.offsets[:-1]] = True
-        starts = np.flatnonzero(begins)
-        runs = np.add.reduceat(left[:, axis] * pieces.count, starts)
-        out[:, axis] = np.bincount(of_group[starts], runs**2, len(out))
-    return out / pieces.samples[:, None] ** 2
-
-
-def _shared_rounding(
-    places: FloatArray,
-    calibration: tuple[FloatArray, FloatArray],
-    magnitude: float,
-    inward: FloatArray,
-    before: FloatArray,
-    step: FloatArray,
-) -> FloatArray:
-    """By how much independent errors of variance one, by rounding, move the groups, shape (k, r).
-
-    Where between two steps a rest reads, the direction of the field says: at a face, the shift of a
-    reading does not move it. So the visits to a face have their shift in common.
-
-    Args:
-        places: direction of the field while each axis rests in each group, shape (3, k, 3).
-        calibration: M and b, about right.
-        magnitude: of the field.
-        inward: by how much a group moves with the readings of each axis at rest, shape (k, 3).
-        before: variance of the readings before rounding, shape (3,).
-        step: of the readings, shape (3,).
-    """
-    matrix, bias = calibration
-    inverse = np.linalg.inv(matrix)
-    shift = rounding_variance(before, step)
-    shared = np.zeros((len(inward), len(inward)))
-    for axis in np.flatnonzero(shift):
-        seen = places[axis]
-        # a shift of the readings moves the direction, and with it the place, across the field only
-        across = np.eye(3)[axis] - (seen @ inverse[axis])[:, None] * (seen @ matrix)
-        moved = across**2 @ shift
-        turned = ((seen[:, None] - seen) ** 2).sum(axis=2)
-        place = bias[axis] + magnitude * seen @ inverse[axis]
-        # rests in one orientation are moved alike
-        error = np.sqrt(moved)
-        length = magnitude * np.linalg.norm(inverse[axis])
-        alike = np.exp(-0.5 * (2.0 * np.pi * length / step[axis]) ** 2 * turned)
-        doubt = np.add.outer(error**2, error**2) - 2.0 * np.outer(error, error) * alike
-        doubt += (PLACE_STEPS * step[axis]) ** 2 * turned
-        apart = np.subtract.outer(place, place)
-        common = rounding_covariance(before[axis], step[axis], apart, doubt)
-        np.fill_diagonal(common, shift[axis])
-        shared += np.outer(inward[:, axis], inward[:, axis]) * common
-    values, vectors = np.linalg.eigh(shared)
-    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def rescaled(data: FieldData, matrix: FloatArray, bias: FloatArray) -> FieldData:
