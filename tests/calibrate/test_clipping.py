@@ -1,6 +1,7 @@
 """Rotations that reach the end of the gyroscope's range."""
 
 import numpy as np
+import pytest
 
 from imucal_wizard.measurement.clipping import RateSegment, clipped_motions
 
@@ -46,3 +47,53 @@ def test_a_table_that_stands_at_several_rates_reaches_no_end_of_the_range() -> N
     """Each axis stands at slower and at faster rates; the fastest is long and loses nothing."""
     turns = [(a, p, n) for a in range(3) for p, n in ((210.0, 5), (290.0, 5), (294.0, 40))]
     assert clipped_motions([_on_a_table(*one) for one in turns], "rad/s") == [None] * len(turns)
+
+
+def test_an_axis_that_reads_more_in_another_turn_was_not_at_the_end_of_its_range() -> None:
+    """Few samples of a table stand at a rate as exactly as at the end; no turn is long enough."""
+    turns = [(a, p, 4) for a in range(3) for p in (210.0, 294.0)]
+    found = clipped_motions([_on_a_table(*one) for one in turns], "rad/s")
+    assert found[::2] == [None] * 3
+
+
+WIDE = np.radians(250.0)
+"""A usual range, rad/s."""
+
+
+def _by_hand(
+    axis: int, peak: float, seconds: float, ramp: float = 0.1, scale: float = 1.0
+) -> RateSegment:
+    """A turn that reaches a rate, °/s, within ``ramp`` s, read with this scale up to ±250 °/s."""
+    time = np.arange(-2, round(100.0 * seconds) + 1) / 100.0
+    share = np.clip(np.minimum(time, seconds - time) / ramp, 0.0, 1.0)
+    rate = np.radians(peak) * np.sin(0.5 * np.pi * share) ** 2
+    angle, step = float(rate.sum()) / 100.0, WIDE / 2048.0
+    read = np.round(np.clip(scale * rate, -WIDE, WIDE - step) / step) * step
+    read[0] = step  # noise at rest shows the resolution
+    # gravity is across the axis and turns the other way
+    along, across = np.eye(3)[axis - 2], np.eye(3)[axis - 1]
+    after = np.cos(angle) * along - np.sin(angle) * across
+    turned = read[:, None] * np.eye(3)[axis]
+    return RateSegment(time, turned, np.zeros(3), 9.81 * along, 9.81 * after)
+
+
+@pytest.mark.parametrize("scale", [1.0 / 3.0, 1.0, 3.0])
+@pytest.mark.parametrize(
+    ("fast", "clipped"),
+    [
+        # each loses a fifth to a third of its angle
+        ([(340.0, 0.6), (380.0, 0.5), (320.0, 0.6)], [0, 1, 2]),
+        # the long ones lose a twentieth, as by a wrong scale: what they stand at may be the end
+        ([(264.0, 0.7), (268.0, 0.7), (300.0, 0.22)], [2]),
+    ],
+)
+def test_an_axis_is_clipped_however_wrong_the_scale_of_another_one_is(
+    scale: float, fast: list[tuple[float, float]], clipped: list[int]
+) -> None:
+    """Slow turns about x and z say nothing about y where they disagree by more than clipping."""
+    peaks = (60.0, 80.0, 100.0, 90.0)
+    slow = [_by_hand(0, peak / max(scale, 1.0), 2.0, 1.0, scale) for peak in peaks]
+    slow += [_by_hand(2, peak, 2.0, 1.0) for peak in peaks]
+    found = clipped_motions([*slow, *(_by_hand(1, *one) for one in fast)], "rad/s")
+    assert found[:8] == [None] * 8
+    assert [found[8 + place] for place in clipped] == ["y"] * len(clipped)

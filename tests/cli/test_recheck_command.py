@@ -15,9 +15,11 @@ import pytest
 import imucal_wizard as iw
 from imucal_wizard.cli import main as cli
 from imucal_wizard.core.description import Description
+from imucal_wizard.core.quantities import quantity
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.calibrated_sensor import RecheckData
 from imucal_wizard.diagnose.change import DetectionPower
+from imucal_wizard.diagnose.recheck import RecheckVerdict
 from imucal_wizard.guide.kinds import StepKind
 from imucal_wizard.guide.plan import RECHECK_STEPS, Procedure
 from imucal_wizard.model.rows.source import Parameters
@@ -119,6 +121,19 @@ def test_an_unchanged_device_is_go(run: Run) -> None:
         assert 0.0 < sensor["floor"] < sensor["limit"]
         assert {one["axis"] for one in sensor["seen"]} == {"x", "y", "z"}
         assert min(one["power"] for one in sensor["seen"]) > 0.99
+
+
+def test_the_reason_compares_the_error_with_what_noise_makes_and_with_the_limit(
+    run: Run, folder: Path, tmp_path: Path
+) -> None:
+    """Of a GO and of a NO-GO: an error is told from noise only beside what noise makes."""
+    for file in (None, changed(folder, tmp_path / "changed.csv", "ay", times=1.005)):
+        for sensor in run(file=file)[1]["sensors"].values():
+            error, noise, limit = (
+                quantity(sensor[name], sensor["unit"]) for name in ("error", "floor", "limit")
+            )
+            words = f"error {error} (noise alone makes {noise}), limit {limit}"
+            assert sensor["says"].startswith(words)
 
 
 def reordered(folder: Path, place: Path, columns: dict[str, str], kept: str = "axg") -> Path:
@@ -517,6 +532,42 @@ def test_an_accelerometer_that_has_changed_accuses_no_magnetometer(
     assert sensors["accelerometer"]["verdict"] == "no-go"
     assert sensors["magnetometer"]["verdict"] == "go"
     assert sensors["magnetometer"]["says"].startswith("magnitude varies by")
+
+
+@pytest.mark.parametrize(
+    ("columns", "iron", "seconds", "says"),
+    [
+        ("y x z", 0.0, 60.0, "its axes differ from the calibration's: x and y are swapped"),
+        ("x y -z", 0.0, 60.0, "its axes differ from the calibration's: z points the other way"),
+        ("x y -z", 0.0, 26.0, "vary by"),
+        ("x y z", 50.0, 60.0, "vary by"),
+        ("x y z", -30.0, 26.0, "vary by"),
+    ],
+)
+def test_other_axes_of_a_magnetometer_are_told_only_where_they_make_it_a_go(
+    with_field: Path, tmp_path: Path, columns: str, iron: float, seconds: float, says: str
+) -> None:
+    """The first 26 s show the field on too few axes, and agree with other axes by chance.
+
+    A hard iron moved by tens of µT is then no axis that points the other way.
+    """
+    lines = (with_field / "a.csv").read_text().splitlines()[1:]
+    names = [name.partition("[")[0] for name in lines[0].split(",")]
+    table = np.array([line.split(",") for line in lines[1:]], float)
+    table = table[table[:, 0] < seconds]
+    found = table.copy()
+    for name, other in zip("xyz", columns.split(), strict=True):
+        sign = -1.0 if other.startswith("-") else 1.0
+        found[:, names.index(f"m{name}")] = sign * table[:, names.index(f"m{other[-1]}")]
+    found[:, names.index("mx")] += iron
+    now = tmp_path / "now.csv"
+    np.savetxt(now, found, delimiter=",", header=lines[0], comments="", fmt="%.7f")
+    known = CalibratedDevice(
+        read_calibration(with_field / "cal.json"), RecheckSettings(datetime.now(UTC))
+    )
+    magnetometer = recheck_readings(known, iw.read(now).readings).sensors["magnetometer"]
+    assert magnetometer.verdict is RecheckVerdict.NO_GO
+    assert says in magnetometer.says
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from benchmarks.hidden.designs import REPEATED, Schedule
+from benchmarks.hidden.designs import REPEATED, STANDARD, Plan, Schedule
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import Extra, record
@@ -34,10 +34,12 @@ class OnY(Extra):
         return np.outer(self.of(schedule), ON_Y)
 
 
-def bench_of(*hidden: str, extra: Extra | None = None, seed: int = 3) -> Bench:
+def bench_of(
+    *hidden: str, extra: Extra | None = None, seed: int = 3, plan: Plan = REPEATED
+) -> Bench:
     effects = [parse_hidden(text) for text in hidden]
     rng = np.random.default_rng(seed)
-    return Bench("accelerometer", measured_of(record(REPEATED, CONSUMER, effects, rng, extra)))
+    return Bench("accelerometer", measured_of(record(plan, CONSUMER, effects, rng, extra)))
 
 
 @pytest.mark.parametrize(
@@ -79,6 +81,29 @@ def test_a_jump_is_not_left_under_the_name_that_it_resembles(seed: int) -> None:
     assert said.opinion.verdict is Verdict.UNEXPLAINED
     assert bench.fit.terms == ()
     assert len(bench.ladder) == 1
+
+
+@pytest.mark.parametrize(
+    ("plan", "size", "seed"), [(STANDARD, 4.0, 0), (STANDARD, 8.0, 2), (REPEATED, 2.0, 3)]
+)
+def test_a_scale_that_follows_the_size_of_another_force_is_no_cubic_cross_term(
+    plan: Plan, size: float, seed: int
+) -> None:
+    """``|f_x| f_y`` leaves 3.5 to 18 times the noise, and ``f_x² f_y`` would take most of it."""
+    gain = OnY(lambda schedule: size * np.abs(schedule.up[:, 0]) * schedule.up[:, 1])
+    opinion = bench_of(extra=gain, seed=seed, plan=plan).look().opinion
+    assert opinion.lack.ratio > 3.0
+    assert opinion.verdict is Verdict.UNEXPLAINED
+    assert opinion.families == ()
+    assert opinion.terms == ()
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_cubic_cross_term_of_many_times_the_noise_is_named(seed: int) -> None:
+    """No power of the size of the force along x explains it as well as the square."""
+    opinion = bench_of("cubic-cross:15:yxx", seed=seed).look().opinion
+    assert opinion.families == ("odd-order",)
+    assert "cubic-cross" in opinion.terms[0]
 
 
 def test_a_name_is_taken_back_if_the_next_one_is_not_confirmed(

@@ -351,12 +351,16 @@ def test_the_scatter_of_a_field_over_six_holds_is_that_of_a_sample() -> None:
 
 
 def test_a_magnitude_that_varies_is_no_go_however_few_axes_saw_the_field() -> None:
-    """A bias that has moved by twice the field leaves one axis on one side of it."""
+    """A bias that has moved by twice the field leaves one axis on one side of it.
+
+    One that has moved by four times the field leaves the other axes less of it than shows them.
+    """
     field = 50.0 * np.concatenate([np.eye(3), -np.eye(3)])
-    moved = judge_field(field + np.array([0.0, 100.0, 0.0]), None, 0.5, 0.1, "uT")
-    assert moved.verdict is RecheckVerdict.NO_GO
-    assert moved.error is not None
-    assert moved.error > 0.5
+    for by in (100.0, 200.0):
+        moved = judge_field(field + np.array([0.0, by, 0.0]), None, 0.5, 0.1, "uT")
+        assert moved.verdict is RecheckVerdict.NO_GO
+        assert moved.error is not None
+        assert moved.error > 0.5
     few = judge_field(field[[0, 0, 1, 1]], None, 0.5, 0.1, "uT")
     assert few.verdict is RecheckVerdict.INSUFFICIENT
     assert few.error is None

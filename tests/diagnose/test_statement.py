@@ -12,7 +12,7 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import UsageError
 from imucal_wizard.core.notices import begun
 from imucal_wizard.core.poses import FACES
-from imucal_wizard.core.quantities import quantity
+from imucal_wizard.core.quantities import number, quantity
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.bench import Found, entries_of
@@ -30,6 +30,7 @@ from imucal_wizard.diagnose.suspects import EffectTrial
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
 from imucal_wizard.estimate.fit_warnings import rotation_warnings
+from imucal_wizard.estimate.lack_of_fit import TEST_LEVEL
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_holds, fit_readings
 from imucal_wizard.estimate.result import FitReport
@@ -100,11 +101,13 @@ def test_a_complete_model_states_the_detectable_sizes() -> None:
     assert said.next_poses == ()
 
 
-def scattered(size: float) -> Diagnosis:
-    """26 poses, twelve of them again, each settle a little differently (mg)."""
+def scattered(size: float, repeats: int = 12) -> Diagnosis:
+    """26 poses, up to twelve of them again, each settle a little differently (mg)."""
     rng = np.random.default_rng(1)
     report, _ = fitted(poses="26+repeats", seed=5)
     restless = moved(report, lambda _, hold: along(hold, rng.normal(0.0, size * MG)))
+    if repeats < 12:
+        restless = refitted(restless, restless.holds[: 26 + repeats])
     return diagnose_benches(Benches(restless), {}, automatic=True)[0]
 
 
@@ -113,6 +116,23 @@ def test_poses_that_repeat_a_little_worse_than_the_noise_are_no_alarm() -> None:
     said = scattered(0.035)
     assert said.verdict is Verdict.COMPLETE
     assert "count as noise here" in said.says
+
+
+def test_a_model_that_is_complete_by_few_repeats_alone_says_so() -> None:
+    """Three repeats happen to differ little more than the noise; what is left exceeds it."""
+    says = "the model counts as complete because repeated poses differ by"
+    said = scattered(0.04, repeats=3)
+    assert said.verdict is Verdict.COMPLETE
+    assert said.bench is not None
+    assert said.opinion is not None
+    floors = said.bench.ladder[-1].floors
+    assert floors.repeats is not None
+    assert said.opinion.lack.p < TEST_LEVEL
+    size, times = quantity(floors.repeats.rms, floors.unit), number(said.opinion.lack.ratio, 2)
+    assert f"What is left is {times} times what the noise within each hold makes" in said.says
+    assert f"{says} {size}, which few repeats tell" in said.says
+    assert "repeat more of them" in said.says
+    assert says not in scattered(0.035).says  # twelve repeats show that poses differ
 
 
 def test_poses_that_do_not_repeat_are_told_with_how_much_and_against_what() -> None:

@@ -1,5 +1,7 @@
 """What is held out is what a complete refit without it would err."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import chi2, norm
@@ -16,6 +18,7 @@ from tests.estimate.truth import (
     SIX,
     TWENTY_SIX,
     even_directions,
+    hold,
     holds_of,
     random_triangular,
     tilted,
@@ -134,6 +137,23 @@ def test_too_few_rotations_cannot_be_left_out() -> None:
     assert fit.held_out is None or fit.not_determined
 
 
+@pytest.mark.parametrize("seed", [3, 4])
+def test_no_closure_is_expected_to_err_by_more_than_half_a_turn(seed: int) -> None:
+    """Every second rotation has the other sense, so that no calibration closes them.
+
+    Degrees of freedom as few as these would give angles of 5 to 8 rad, which no directions enclose.
+    """
+    rng = np.random.default_rng(seed)
+    turns = hand_turns(6, rng)
+    data = experiment(turns, typical_gyroscope(), rng, sigma=0.0025, tilt_sigma=1e-3)
+    senses = np.resize([-1.0, 1.0], len(data.rotations))
+    pairs = zip(data.rotations, senses, strict=True)
+    fit = replace(data, rotations=[replace(one, rate=s * one.rate) for one, s in pairs]).fit()
+    low, high = fit.held_out_interval or (np.inf, np.inf)
+    assert 0.5 < low < high
+    assert high == np.pi
+
+
 def test_judging_needs_no_refit() -> None:
     """The linearised left-out error follows the refitted one; the rest is geometry."""
     rng = np.random.default_rng(4)
@@ -179,6 +199,59 @@ def test_chi_square_is_that_of_the_tables(freedom: float) -> None:
         exact = chi2.ppf(norm.cdf(deviations), freedom) / freedom
         near = 1e-6 if freedom < 6.0 else 0.02
         assert chi_square(deviations, freedom) == pytest.approx(exact, rel=near)
+
+
+def relative_variance(up: FloatArray, sigma: FloatArray, unlike: float) -> float:
+    """Of the mean square of new holds, about the one held out: 2 over its degrees of freedom.
+
+    Args:
+        up: direction of each hold, shape (n, 3).
+        sigma: noise of each, shape (n,).
+        unlike: variance of the variances by noise, over the square of their mean.
+    """
+    columns = np.column_stack([up[:, i] * up[:, j] for i in range(3) for j in range(i, 3)] + [up])
+    weighted = columns / sigma[:, None] ** 2
+    hat = columns @ np.linalg.solve(columns.T @ weighted, weighted.T)
+    left = (np.eye(len(up)) - hat) * sigma / (1.0 - np.diag(hat))[:, None]
+    pulled = hat * sigma
+    new = np.mean(sigma**2 + (pulled**2).sum(axis=1))
+
+    def of_sum(maps: FloatArray) -> float:
+        return float(2.0 * ((maps @ maps.T) ** 2).sum())
+
+    by_holds = unlike * (sigma**2).mean() ** 2 / len(up)
+    by_fit = of_sum(pulled) / len(up) ** 2
+    return float(of_sum(left) / (left**2).sum() ** 2 + (by_fit + by_holds) / new**2)
+
+
+@pytest.mark.parametrize("up", [EIGHTEEN, TWENTY_SIX], ids=["18 poses", "26 poses"])
+def test_unequally_noisy_holds_widen_the_interval_as_log_normal_noise_does(up: FloatArray) -> None:
+    """Few variances that differ by factors lack the rare large ones that new holds have.
+
+    The noises are the quantiles of a log-normal one of 0.7. The linear fit is written out: errors
+    of the sensor of some per cent change its columns, and the interval by less than 1e-3.
+    """
+    rng, count = np.random.default_rng(0), len(up)
+    sigma = 1e-3 * np.exp(0.7 * rng.permutation(norm.ppf((np.arange(count) + 0.5) / count)))
+    read = typical_accelerometer().readings(GRAVITY * up)
+    read += sigma[:, None] * rng.standard_normal((count, 3))
+    pairs = enumerate(zip(read, sigma, strict=True))
+    holds = [hold(reading, 10.0 * place, sigma=own) for place, (reading, own) in pairs]
+    fit = fit_accelerometer(holds, GRAVITY, "m/s^2")
+    assert fit.rows is not None
+    low, high = fit.held_out_interval or (np.inf, -np.inf)
+    noise = fit.rows.floor  # that of each hold, drawn a little to that of all
+    variances = noise**2
+    by_factors = float(np.expm1(np.log(variances).var()))
+    as_they_are = float(variances.var() / variances.mean() ** 2)
+
+    def spread(unlike: float) -> float:
+        freedom = 2.0 / relative_variance(up, noise, unlike)
+        ends = chi_square(WITHIN_NINETY, freedom) / chi_square(-WITHIN_NINETY, freedom)
+        return float(ends**0.5)
+
+    assert high / low == pytest.approx(spread(by_factors), rel=1e-3)
+    assert high / low > 1.05 * spread(as_they_are)
 
 
 @pytest.mark.study
