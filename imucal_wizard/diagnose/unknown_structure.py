@@ -45,7 +45,7 @@ SHARES = {
     "knee": 0.04,
     "across": 0.05,
     "gain": 0.05,
-    "power": 0.015,
+    "power": 0.01,
 }
 """How often it lies anywhere on the sphere, is odd or even under inversion, lies along all axes,
 along one certain axis in any shape, as a wave, as a jump or as a knee; how often the error or the
