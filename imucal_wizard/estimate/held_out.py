@@ -130,6 +130,14 @@ class Items:
             return own
         return np.sqrt(np.bincount(self.item, own**2))
 
+    def bounded(self, errors: FloatArray, largest: float) -> FloatArray:
+        """Errors of all rows, those of a hold or rotation together at most as large."""
+        if np.isinf(largest):
+            return errors
+        own, out = np.sqrt(np.bincount(self.item, errors[self.rows] ** 2)), errors.copy()
+        out[self.rows] *= np.minimum(largest / np.maximum(own, largest), 1.0)[self.item]
+        return out
+
     def rms(self, errors: FloatArray) -> float:
         """Of holds or rotations, from the errors of all rows."""
         return self.mean(errors**2)
@@ -194,7 +202,10 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     )
     if out is None:
         return None
-    errors, expected = _settings_chosen_again(found, out), out.errors[:, 1:]
+    largest = found.experiment.largest_error
+    # under a fit that hardly determines them, linear errors are no angles
+    errors = items.bounded(_settings_chosen_again(found, out), largest)
+    expected = out.errors[:, 1:]
     own_squares = (noise**2).sum(axis=1)
     new = items.mean(own_squares + (pulled**2).sum(axis=1))
     number = int(items.item.max(initial=0)) + 1
@@ -208,13 +219,12 @@ def held_out(found: "Minimum[Experiment]") -> HeldOut | None:
     freedom = 2.0 / (2.0 * _squares(judged) / float((judged**2).sum()) ** 2 + unlike / new**4)
     usual = items.rms(errors) * new / items.mean((expected**2).sum(axis=1))
     own = slice(0, noise.shape[1] - slow.shape[1])
-    largest = found.experiment.largest_error
     return HeldOut(
         errors=errors,
         floor_fitted=items.mean((fitted[:, own] ** 2).sum(axis=1)),
         floor=items.mean((expected[:, own] ** 2).sum(axis=1)),
         interval=(
-            usual / chi_square(WITHIN_NINETY, freedom) ** 0.5,
+            min(usual / chi_square(WITHIN_NINETY, freedom) ** 0.5, largest),
             min(usual / chi_square(-WITHIN_NINETY, freedom) ** 0.5, largest),
         ),
     )
