@@ -81,6 +81,9 @@ from imucal_wizard.run.snapshot import StreamStatus
 ENOUGH_HOLDS = 8
 LEAST_GAIN = 0.05
 """After so many holds a pose that shows so little more (1 is one change) is not asked for."""
+MIN_HOLDS_OF_AXES = 3
+"""From which on exchanged axes of a magnetometer are looked for. Magnitude and dip of two holds
+agree to a hundredth by chance under one of the 48 orders in 2 % of rechecks."""
 OTHER_AXES = (
     "the readings do not have the axes of the calibration. With the axes put right no sensor "
     "disagrees, so no new calibration is needed: correct the columns, the wiring or the axes set "
@@ -213,7 +216,8 @@ class CalibratedDevice:
         for axes in tried:
             again = self._judged(with_axes(measured, axes), units)
             field, every = again.get(MAGNETOMETER), axes
-            if field is not None and field.verdict is RecheckVerdict.NO_GO:
+            enough = len(measured.holds) >= MIN_HOLDS_OF_AXES
+            if field is not None and field.verdict is RecheckVerdict.NO_GO and enough:
                 # the same axes first: all sensors may have changed alike
                 for order in (*axes.values(), *SIGNED_PERMUTATIONS):
                     every = {**axes, MAGNETOMETER: order}

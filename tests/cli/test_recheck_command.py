@@ -542,6 +542,7 @@ def test_an_accelerometer_that_has_changed_accuses_no_magnetometer(
         ("x y -z", 0.0, 26.0, "vary by"),
         ("x y z", 50.0, 60.0, "vary by"),
         ("x y z", -30.0, 26.0, "vary by"),
+        ("x y z", 50.0, 26.0, "vary by"),
     ],
 )
 def test_other_axes_of_a_magnetometer_are_told_only_where_they_make_it_a_go(
