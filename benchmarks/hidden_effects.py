@@ -24,7 +24,7 @@ import numpy as np
 from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.limits import LOST, limits
 from benchmarks.hidden.noise import COLOURS
-from benchmarks.hidden.scenarios import Scenario, fresh, usual
+from benchmarks.hidden.scenarios import Scenario, fresh, nameable_at_all, usual
 from benchmarks.hidden.table import heading, judge, line
 from benchmarks.hidden.trialled import Trialled, chances_of, try_out
 from benchmarks.hidden.whole_table import nothing_hidden, whole_table
@@ -60,7 +60,7 @@ def main() -> None:
             if sure:
                 inside = 100.0 * np.mean(np.abs(np.array(sure)) < 1.0)
                 print(f"size ± its 95 % interval holds the truth in {inside:.1f} % of {len(sure)}")
-            judge(wanted, f"{design} poses", rows)
+            judge(wanted, f"{design} poses", rows, lambda one: nameable_at_all(one.hidden[0]))
         print(wanted)
 
 

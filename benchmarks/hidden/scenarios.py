@@ -69,6 +69,13 @@ def hidden_effect(
     return Hidden(ACCELEROMETER, term, size * float(rng.choice((-1.0, 1.0))), axes)
 
 
+def nameable_at_all(hidden: Hidden) -> bool:
+    """Whether the program calls an effect that is hidden at its nameable size nameable."""
+    effect = known_effect(hidden.term)
+    largest = LARGEST * max(one.typical for one in effect.parameters(hidden.sensor))
+    return abs(hidden.size) < largest
+
+
 def single(term: str, times: float) -> Scenario:
     """One effect at a multiple of its nameable size."""
 

@@ -1,7 +1,7 @@
 """What is counted over many recordings of one kind, and how it is printed."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -60,19 +60,25 @@ def outcome(one: Answered) -> str:
     return words.get(said.verdict, "complete")
 
 
-def judge(wanted: Wanted, kind: str, rows: Mapping[str, Sequence[Answered]]) -> None:
+def judge(
+    wanted: Wanted,
+    kind: str,
+    rows: Mapping[str, Sequence[Answered]],
+    promised: Callable[[Answered], bool] = lambda _one: True,
+) -> None:
     """What of a table is not reached: single effects at 1x named, nothing named wrongly.
 
     Args:
         wanted: where it is kept.
         kind: of recordings.
         rows: recordings by the name of their row.
+        promised: whether the program calls the effect of a recording nameable at any size.
     """
     single = [
         one
         for name, own in rows.items()
         for one in own
-        if name.endswith(" 1x") and len(one.hidden) == 1
+        if name.endswith(" 1x") and len(one.hidden) == 1 and promised(one)
     ]
     right = sum(outcome(one) in ("named", "family") for one in single)
     wanted.share(f"{kind}: right family at 1x", right, len(single), 90.0)
