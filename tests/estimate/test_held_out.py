@@ -152,6 +152,8 @@ def test_no_closure_is_expected_to_err_by_more_than_half_a_turn(seed: int) -> No
     low, high = fit.held_out_interval or (np.inf, np.inf)
     assert 0.5 < low < high
     assert high == np.pi
+    assert fit.rms_held_out is not None
+    assert fit.rms_held_out <= np.pi
 
 
 def test_judging_needs_no_refit() -> None:
