@@ -29,6 +29,17 @@ MAX_READING = 1e30
 digits); their higher powers would overflow."""
 
 
+EVEN_STEP = 0.01
+"""Usual intervals by which one may differ from the usual one and counts as the same."""
+MIN_EVEN_SHARE = 0.99
+"""Of the intervals, from which on the others are faults of the clock."""
+LONG_STEP = 1.6
+"""Usual intervals from which on a sample is missing, or its time is coarser than the sampling."""
+MIN_ORDINARY_SHARE = 0.8
+"""Of the intervals, below which long ones are those of a coarse time: so many samples are never
+missing one by one."""
+
+
 def across_restarts(steps: FloatArray) -> BoolArray:
     """Which steps of time, s, stand for an interruption of unknown length, shape (n,)."""
     return np.isclose(steps, RESTART_GAP_SECONDS, rtol=0.0, atol=RESTART_GAP_TOLERANCE)
@@ -83,11 +94,22 @@ class Series:
 
     @cached_property
     def rate(self) -> float:
-        """Samples per second from the median interval; 0 when fewer than two samples."""
+        """Samples per second while none are missing; 0 when fewer than two samples.
+
+        Of times in whole ticks, as of a millisecond, the median interval is one of several.
+        """
         if len(self.time) < 2:
             return 0.0
-        step = median(np.diff(self.time))
-        return 1.0 / step if step > 0 else 0.0
+        steps = np.diff(self.time)
+        usual = median(steps)
+        if not usual > 0.0:
+            return 0.0
+        if np.mean(np.abs(steps - usual) < EVEN_STEP * usual) > MIN_EVEN_SHARE:
+            return 1.0 / usual
+        ordinary = steps < LONG_STEP * usual
+        if ordinary.mean() < MIN_ORDINARY_SHARE:  # one tick and two, in turn
+            ordinary = steps < 2.0 * LONG_STEP * usual
+        return float(ordinary.sum() / steps[ordinary].sum())
 
 
 @dataclass(frozen=True, eq=False)
