@@ -214,19 +214,15 @@ MIN_WANDERING = 0.9
 def _follows_nothing(bench: Bench) -> str:
     """What the difference between repeats was tested for, and what else may make it."""
     known = any(one.effect.kind != "orientation" for one in bench.fit.terms)
-    further = "no further dependence" if known else "no dependence"
-    tested = any(
-        one.name == Hysteresis.name and bench.lacking(one) is None for one in bench.catalogue
-    )
-    before = "; a dependence on the pose before was not tested"
-    if tested:
-        before = (
-            " and none on the force along the same axis in the hold before (hysteresis); other "
-            "dependences on the pose before were not tested"
-        )
+    further = "a further dependence" if known else "a dependence"
+    before, untested = "", "a dependence on the pose before was not tested"
+    if any(one.name == Hysteresis.name and bench.lacking(one) is None for one in bench.catalogue):
+        before = " or on the force along the same axis in the hold before (hysteresis)"
+        untested = "other dependences on the pose before were not tested"
     return (
-        f"The tests show {further} on the time (drift, step or wander){before}. The error may "
-        "follow the pose before in another way (play, or the force along another axis), change to "
+        f"No test shows {further} on the time (drift, step or wander){before} for certain; "
+        f"{untested}. The "
+        "error may follow the pose before all the same (hysteresis, play), change to "
         "and fro in the session (supply voltage, a load that switches), differ between poses that "
         "are nearly alike, or come from axes that change in the session or with the temperature, "
         "or the device may settle a little differently each time. To decide, reach one pose ten "
