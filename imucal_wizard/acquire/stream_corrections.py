@@ -13,7 +13,7 @@ from imucal_wizard.acquire.silent_samples import FIELD, INERTIAL, SilenceFilter
 from imucal_wizard.core.limits.data_quality import GRAVITY_BLOCK_SECONDS
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series, join_readings
 from imucal_wizard.core.units import COUNT
-from imucal_wizard.measurement.field_quality import (
+from imucal_wizard.measurement.repeats import (
     MAX_SINGLE_RUN_SHARE,
     MIN_RUNS,
     repeat_period,

@@ -13,7 +13,7 @@ from imucal_wizard.estimate.methods import DEFAULTS, MethodNames, methods_of
 from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.rest_spectrum import RestSpectrum, rest_spectrum
 from imucal_wizard.estimate.result import FitReport, SensorFit
-from imucal_wizard.measurement.field_quality import without_repeats
+from imucal_wizard.measurement.repeats import without_repeats
 
 EQUAL_ERROR_RATIO = 1.02
 """Errors whose ratio is less than this are the same."""

@@ -102,7 +102,7 @@ def fit_readings(readings: Readings, options: FitOptions | None = None) -> FitRe
     from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
     from imucal_wizard.estimate.magnetometer.report import with_magnetometer
     from imucal_wizard.estimate.second_stage.report import with_second_stage
-    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
+    from imucal_wizard.measurement.repeats import repeats_note, without_repeats
 
     series, gyroscope = without_repeats(readings.magnetometer), readings.gyroscope
     report = with_magnetometer(
@@ -355,7 +355,7 @@ def fit_collected(
     from imucal_wizard.estimate.gravity_and_field import segments_of
     from imucal_wizard.estimate.magnetometer.report import fit_during, with_magnetometer
     from imucal_wizard.estimate.second_stage.report import with_second_stage
-    from imucal_wizard.measurement.field_quality import repeats_note, without_repeats
+    from imucal_wizard.measurement.repeats import repeats_note, without_repeats
 
     series = without_repeats(collected.magnetometer)
     warnings = (*warnings, *repeats_note("magnetometer", len(collected.magnetometer) / len(series)))

@@ -7,6 +7,7 @@ reach the same rate, and the integrated rate falls short of the angle that gravi
 
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,6 +51,7 @@ from imucal_wizard.core.statistics import (
 )
 from imucal_wizard.core.units import COUNT
 from imucal_wizard.measurement.holds import Hold
+from imucal_wizard.measurement.repeats import measured_rows
 from imucal_wizard.measurement.stillness import Noise, Windows
 
 CLIPPING_ADVICE = {
@@ -189,6 +191,7 @@ def clipped_motions(
     """
     if not motions:
         return []
+    whole, motions = motions, _measured_once(motions)
     tops = np.array([_top(one.turned) for one in motions])
     highest = (1.0 - MAX_RANGE_DIFFERENCE) * float(tops[:, 0].max())
     slow = tops[:, 0] < highest
@@ -206,9 +209,9 @@ def clipped_motions(
         # a turntable stands at one rate for most of a turn and loses nothing
         steadiness = [_steadiness(*one) for one in zip(motions, tops[:, 0], strict=True)]
         steady = exact & (np.array(steadiness) > MAX_STEADY_SHARE)
-        if not _angle_lost(motions, steady, slow & ~exact, unit):
+        if not _angle_lost(whole, steady, slow & ~exact, unit):
             # and the rate at which it stands is no end of the range in any other turn
-            ratios = _gravity_ratios(motions, unit)
+            ratios = _gravity_ratios(whole, unit)
             others = ratios[slow & ~exact & np.isfinite(ratios)]
             usual = median(others) if len(others) >= MIN_SLOW_MOTIONS else 1.0
             shown = steady & (np.abs(ratios / usual - 1.0) < MIN_SHORTFALL)
@@ -216,13 +219,27 @@ def clipped_motions(
             honest = steady | (exact & (tops[:, 0] <= no_end))
             axes = [None if free else axis for axis, free in zip(axes, honest, strict=True)]
     piled = (tops[:, 1] >= MIN_FLAT_SHARE) & ~slow
-    if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(motions, piled, slow, unit):
+    if piled.sum() >= MIN_FLAT_ENDS and _angle_lost(whole, piled, slow, unit):
         level = (1.0 - PLATEAU_BAND) * float(tops[:, 0].max())
         axes = [
             axis or _touched(np.abs(one.turned) >= level)
             for axis, one in zip(axes, motions, strict=True)
         ]
     return axes
+
+
+def _measured_once(motions: Sequence[RateSegment]) -> Sequence[RateSegment]:
+    """The motions with each measurement once, where the gyroscope is slower than the lines."""
+    ends = np.cumsum([len(one.rate) for one in motions])
+    rows = measured_rows(np.concatenate([one.rate for one in motions]))
+    if rows is None:
+        return motions
+    each = np.split(rows, np.searchsorted(rows, ends[:-1]))
+    first = [0, *ends[:-1].tolist()]
+    return [
+        replace(one, time=one.time[own - start], rate=one.rate[own - start]) if len(own) else one
+        for one, own, start in zip(motions, each, first, strict=True)
+    ]
 
 
 def _no_end_is_passed(

@@ -64,7 +64,7 @@ from imucal_wizard.core.statistics import (
 )
 from imucal_wizard.core.units import ACCELERATION_UNITS, COUNT, RATE_UNITS, STANDARD_GRAVITY
 from imucal_wizard.measurement import clipping
-from imucal_wizard.measurement.field_quality import run_starts
+from imucal_wizard.measurement.repeats import repeat_period, run_starts
 from imucal_wizard.measurement.unsigned_counts import WORD_BITS
 
 SAME_STEP = 0.01
@@ -120,6 +120,29 @@ def _repeated_samples(readings: Readings) -> str:
         f"{share:.0%} of the samples repeat the one before: the device prints faster than its "
         "sensor measures, or too few digits. Print once per new measurement; otherwise the noise "
         "and the limits of stillness are wrong."
+    )
+
+
+def _slow_sensor(readings: Readings) -> str:
+    """Warning about a sensor that is slower than the lines, where another one keeps up with them.
+
+    In motion: readings of a sensor that rests repeat where its step is larger than its noise.
+    """
+    times = {}
+    for name, series in inertial_sensors(readings):
+        move = np.abs(np.diff(series.values, axis=0)).max(axis=1)
+        far = move > MAX_REST_STEPS * _smallest_step(series.values[:_STEPS_FROM])
+        starts = run_starts(series.values)
+        ends = np.append(starts[1:], len(series))
+        known = np.concatenate([[False], far, [False]])
+        times[name] = repeat_period((ends - starts)[known[starts] & known[ends]]) or 1.0
+    slow = [name for name, each in times.items() if each > 1.0]
+    if len(slow) != 1 or len(times) == 1:
+        return ""
+    (name,) = slow
+    return (
+        f"Each reading of the {name} is repeated {times[name]:.2g} times: the sensor is slower "
+        "than the lines, or its output rate is set lower. Print once per new measurement."
     )
 
 
@@ -355,6 +378,7 @@ READINGS_CHECKS = (
     _wrong_gravity,
     _frozen_values,
     _repeated_samples,
+    _slow_sensor,
     _zero_rate,
     unsigned_counts,
     _decimals_of_counts,
@@ -454,10 +478,10 @@ MANY_BLOCKS = 5_000
 
 def sensors_exchanged(accelerometer: Series, gyroscope: Series) -> bool:
     """Whether the gyroscope's columns respond to gravity and the accelerometer's do not."""
-    felt = _feels(gyroscope)
+    felt = _feels(gyroscope, accelerometer)
     if not felt > MIN_POSITION_RATIO:
         return False
-    sizes = lengths(_rests(gyroscope)[0])
+    sizes = lengths(_rests(gyroscope, accelerometer)[0])
     even = float(sizes.std()) < MAX_GRAVITY_SPREAD * float(sizes.mean())
     return even and _feels(accelerometer) < felt / MIN_POSITION_RATIO
 
@@ -477,17 +501,25 @@ def recorded_at_once(one: Series, other: Series) -> bool:
     return exchanged and moved >= MIN_RESTS and apart < moved
 
 
-def _feels(series: Series) -> float:
-    """Ratio of the variation between rests to their noise; 0 if there are too few rests."""
-    means, noise = _rests(series)
+def _feels(series: Series, beside: Series | None = None) -> float:
+    """Ratio of the variation between rests to their noise; 0 if there are too few rests.
+
+    Args:
+        series: of one sensor.
+        beside: of the other one, which rests then, too: a motor turns a device as evenly as it
+            rests, and gravity shows that it turns.
+    """
+    means, noise = _rests(series, beside)
     if len(means) < MIN_RESTS or not noise.any():
         return 0.0
     return float(np.sqrt(means.var(axis=0).sum()) / median(noise[noise > 0.0]))
 
 
-def _rests(series: Series) -> tuple[FloatArray, FloatArray]:
-    """Means (k, 3) and noise (k,) of the quiet blocks."""
+def _rests(series: Series, beside: Series | None = None) -> tuple[FloatArray, FloatArray]:
+    """Means (k, 3) and noise (k,) of the quiet blocks; the arguments are those of ``_feels``."""
     means, noise, quiet = _quiet(series)
+    if beside is not None and len(beside) == len(series):
+        quiet &= _quiet(beside)[2]
     return means[quiet], noise[quiet]
 
 

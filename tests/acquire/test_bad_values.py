@@ -218,3 +218,24 @@ def test_counts_whose_signs_were_lost_are_named() -> None:
     assert words not in warned(values, header)
     values[:, 1:7] = np.mod(values[:, 1:7], 2**16)
     assert words in warned(values, header)
+
+
+@pytest.mark.parametrize(("slow", "times"), [("gyroscope", 3), ("accelerometer", 2)])
+def test_a_sensor_that_is_slower_than_the_lines_is_named(slow: str, times: int) -> None:
+    """The other one keeps up with them; at rest a coarse sensor repeats itself, too."""
+    rng = np.random.default_rng(2)
+    time = np.arange(3000) / 100.0
+    turning = np.sin(time)[:, None] * np.array([1.0, 0.6, -0.4])
+    force = 9.8 * turning + rng.normal(0.0, 0.02, (3000, 3))
+    rate = turning + rng.normal(0.0, 0.002, (3000, 3))
+    measured = np.arange(3000) // times * times
+    if slow == "gyroscope":
+        rate = rate[measured]
+    else:
+        force = force[measured]
+    told = check_recording(Readings(Series(time, force, "m/s^2"), Series(time, rate, "rad/s")))
+    (note,) = (one for one in told if "is repeated" in one)
+    assert f"Each reading of the {slow} is repeated {times} times" in note
+    still = Series(time, 9.8 + rng.normal(0.0, 0.02, (3000, 3)), "m/s^2")
+    coarse = Series(time, 0.01 * np.round(rng.normal(0.0, 0.3, (3000, 3))), "rad/s")
+    assert not any("is repeated" in one for one in check_recording(Readings(still, coarse)))

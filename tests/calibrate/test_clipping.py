@@ -97,3 +97,26 @@ def test_an_axis_is_clipped_however_wrong_the_scale_of_another_one_is(
     found = clipped_motions([*slow, *(_by_hand(1, *one) for one in fast)], "rad/s")
     assert found[:8] == [None] * 8
     assert [found[8 + place] for place in clipped] == ["y"] * len(clipped)
+
+
+def _printed(axis: int, peak: float, times: int, rng: np.random.Generator) -> RateSegment:
+    """A turn of two seconds by a gyroscope of ±250 °/s that measures once in so many lines."""
+    time, step = np.arange(200) / 100.0, WIDE / 32768.0
+    rate = rng.normal(0.0, np.radians(0.1), (200, 3))
+    rate[:, axis] += np.radians(peak) * np.sin(np.pi * time / 2.0) ** 2
+    read = np.round(np.clip(rate, -WIDE, WIDE - step) / step) * step
+    measured = np.arange(200) // times * times
+    # gravity is across the axis and turns the other way
+    along, across, angle = np.eye(3)[axis - 2], np.eye(3)[axis - 1], np.radians(peak)
+    after = np.cos(angle) * along - np.sin(angle) * across
+    return RateSegment(time, read[measured], np.zeros(3), 9.8 * along, 9.8 * after)
+
+
+@pytest.mark.parametrize("times", [2, 3, 5])
+def test_a_gyroscope_that_is_slower_than_the_lines_is_clipped_only_at_an_end(times: int) -> None:
+    """Each reading stands for some lines, as at the end of the range."""
+    rng = np.random.default_rng(times)
+    slow = [_printed(k % 3, 60.0 + 6.0 * k, times, rng) for k in range(24)]
+    assert clipped_motions(slow, "rad/s") == [None] * len(slow)
+    fast = [_printed(1, peak, times, rng) for peak in (400.0, 500.0)]
+    assert clipped_motions([*slow, *fast], "rad/s") == [None] * len(slow) + ["y", "y"]

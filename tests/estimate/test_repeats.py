@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.readings import Series
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
-from imucal_wizard.measurement.field_quality import without_repeats
+from imucal_wizard.measurement.repeats import without_repeats
 from tests.estimate.field_truth import (
     NOISE,
     RATE,

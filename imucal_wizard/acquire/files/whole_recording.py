@@ -30,7 +30,7 @@ from imucal_wizard.core.readings import FloatArray, IntArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import COUNT, si_unit, unit_factor
 from imucal_wizard.measurement.data_quality import missing_samples
-from imucal_wizard.measurement.field_quality import measured_rows, repeats_note
+from imucal_wizard.measurement.repeats import measured_rows, repeats_note
 from imucal_wizard.measurement.unsigned_counts import as_signed, changed_sign, signs_note
 
 

@@ -17,11 +17,7 @@ from imucal_wizard.estimate.magnetometer.field_disturbances import (
 )
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit, fit_magnetometer
 from imucal_wizard.estimate.result import FitReport
-from imucal_wizard.measurement.field_quality import (
-    check_readings,
-    check_saturation,
-    stuck_samples,
-)
+from imucal_wizard.measurement.field_quality import check_readings, check_saturation, stuck_samples
 from imucal_wizard.measurement.rounding import resolution_of, rounding_shift
 
 Fit = Callable[[], MagnetometerFit]

@@ -51,6 +51,22 @@ def test_a_right_header_is_not(
     assert len(read_files([path])) == 3600
 
 
+def test_a_motor_that_turns_as_evenly_as_the_device_rests_is_no_exchange() -> None:
+    """At its one speed a coarse gyroscope repeats a code; at rest noise moves it between two."""
+    rng = np.random.default_rng(1)
+    time, step = np.arange(6000) / 100.0, 0.008
+    moves = np.arange(6000) % 300 >= 150
+    speed = 100.25 * step
+    axes = np.repeat(np.eye(3)[np.arange(20) % 3], 300, axis=0)
+    rate = 0.5 * step + moves[:, None] * (speed - 0.5 * step) * axes
+    rate = np.round((rate + rng.normal(0.0, 0.03 * step, (6000, 3))) / step) * step
+    tilt = speed * np.cumsum(moves) / 100.0
+    up = np.column_stack([np.sin(tilt), np.cos(tilt) * np.sin(0.3 * tilt), np.cos(tilt)])
+    force = 9.8 * up / np.linalg.norm(up, axis=1, keepdims=True)
+    force += rng.normal(0.0, 0.02, (6000, 3))
+    assert not sensors_exchanged(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
+
+
 def test_a_rate_table_is_not_taken_for_an_exchange() -> None:
     """Constant rates look like rests, but their size is not that of gravity."""
     rng = np.random.default_rng(0)
