@@ -9,6 +9,7 @@ import numpy as np
 
 from imucal_wizard.core.attitude import RotationSamples, rotation_samples, strictly_later
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.poses import AXES
 from imucal_wizard.core.readings import (
     MAX_READING,
     MAX_SAMPLE_INTERVALS,
@@ -18,7 +19,7 @@ from imucal_wizard.core.readings import (
     distinct,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median
+from imucal_wizard.core.statistics import lengths, median, sample_quantile
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
@@ -31,6 +32,15 @@ from imucal_wizard.model.rows.source import (
 
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
+WILD_RATIO = 10.0
+"""Distance of a wrong reading from the mean of its neighbours, over that of nearly all others."""
+USUAL_SHARE = 0.95
+"""Of all readings, which are nearly all."""
+MAX_SHARE_BESIDE = 0.2
+"""Of that distance, by which its neighbours may differ: the motion goes on as before."""
+WILD_RATE = 2.0
+"""Times the largest of all other rates that a wrong reading is at least: a bump does not turn the
+device so much faster for one sample only. A choice: smaller, and bumped rotations are lost."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,7 +240,26 @@ def _problem(rotation: Rotation) -> str | None:
     force = rotation.accelerometer
     if force is not None and not (np.abs(force) < MAX_READING).all():
         return "its accelerometer samples are not all numbers"
-    return None
+    return _wild_reading(rotation)
+
+
+def _wild_reading(rotation: Rotation) -> str | None:
+    """That single readings are far beyond all others, of which those beside them know nothing.
+
+    A bump is no faster than the sensor can show, and the hand turns on before and after it.
+    """
+    rate = rotation.rate - np.median(rotation.rate, axis=0)
+    beside = 0.5 * (rate[:-2] + rate[2:])
+    off = np.abs(rate[1:-1] - beside)
+    usual = np.array([sample_quantile(column, USUAL_SHARE) for column in off.T])
+    wild = off > WILD_RATIO * np.maximum(usual, 1e-300)
+    wild &= np.abs(rate[2:] - rate[:-2]) < MAX_SHARE_BESIDE * off
+    size = np.abs(rate[1:-1])
+    wild &= size > WILD_RATE * np.where(wild, 0.0, size).max()
+    if not wild.any():
+        return None
+    axis = AXES[int(wild.sum(axis=0).argmax())]
+    return f"a single reading of {axis} is far beyond all others and wrong"
 
 
 def rotation_set(
