@@ -201,19 +201,31 @@ def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
     Raises:
         DataError: they explain little of how gravity turns, so that no parameter means anything.
     """
-    source = found.experiment.closure
-    closure = items_of(found).each(found.errors)
-    tilt = np.arccos(np.clip((source.before * source.after).sum(axis=1), -1.0, 1.0))
-    compared = tilt >= MIN_TILT_COMPARED
-    if not compared.any():
+    closure, tilt = _compared(found)
+    if not len(tilt):
         return
-    left, turned = median(closure[compared]), median(tilt[compared])
+    left, turned = median(closure), median(tilt)
     if left > MAX_SHARE_OF_TILT * turned:
         raise DataError(
             f"the rotations tilt the device by {quantity(turned, 'rad', 2)} in the median, and the "
             f"rates miss that by {quantity(left, 'rad', 2)}: they are not the rates of these "
             "motions. Check that both sensors are of one device and one recording, and their times"
         )
+
+
+def misses_a_turn(found: Minimum[GyroscopeExperiment]) -> bool:
+    """Whether the rates show next to nothing of one of the motions, as where an axis is dead."""
+    closure, tilt = _compared(found)
+    return bool((closure > MAX_SHARE_OF_TILT * tilt).any())
+
+
+def _compared(found: Minimum[GyroscopeExperiment]) -> tuple[FloatArray, FloatArray]:
+    """Closure and tilt of the rotations that tilt the device enough to compare both, rad."""
+    source = found.experiment.closure
+    closure = items_of(found).each(found.errors)
+    tilt = np.arccos(np.clip((source.before * source.after).sum(axis=1), -1.0, 1.0))
+    compared = tilt >= MIN_TILT_COMPARED
+    return closure[compared], tilt[compared]
 
 
 def _jump(rotation: Rotation) -> tuple[float, float, float, float]:

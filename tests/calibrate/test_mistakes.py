@@ -246,8 +246,8 @@ def test_rates_that_are_wrong_now_and_then_are_not_blamed_on_the_hand_alone() ->
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-3])
-def test_a_dead_gyroscope_axis_is_named(noise: float) -> None:
-    """It reads the same in motion as at rest, noisy or not."""
+def test_a_dead_gyroscope_axis_is_named_and_nothing_is_fitted(noise: float) -> None:
+    """It reads the same in motion as at rest, noisy or not; every closure lacks it."""
     rng = np.random.default_rng(0)
 
     def kill(values: FloatArray) -> FloatArray:
@@ -256,6 +256,39 @@ def test_a_dead_gyroscope_axis_is_named(noise: float) -> None:
 
     report = fit_readings(with_gyroscope(session(), kill))
     assert _warned(report, "gyroscope axis y", "dead")
+    assert set(report.sensors) == {"accelerometer"}
+
+
+@pytest.mark.parametrize("reading", [-999.0, 8.7])
+def test_a_wild_reading_costs_its_rotation_only(reading: float) -> None:
+    """A line that was damaged, or a transfer that failed: three samples of ten thousand."""
+    rng = np.random.default_rng(4)
+
+    def spoil(values: FloatArray) -> FloatArray:
+        values[rng.choice(len(values), 3, replace=False), 0] = reading
+        return values
+
+    report = fit_readings(with_gyroscope(session(), spoil))
+    told = [one for one in report.rotations if "single reading of x" in (one.problem or "")]
+    assert 1 <= len(told) <= 3
+    scale = np.diag(report.sensors["gyroscope"].matrix)
+    assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
+    fit = report.sensors["gyroscope"]
+    assert fit.floor is not None
+    assert np.degrees(fit.floor) < 0.1
+
+
+def test_a_bump_of_a_few_samples_is_no_wild_reading() -> None:
+    """The device turns with it: its readings rise and fall, and the angle contains them."""
+    bump = np.radians(400.0) * np.array([0.3, 1.0, 0.6, -0.2])
+
+    def push(values: FloatArray) -> FloatArray:
+        place = int(np.abs(values[:, 0]).argmax())
+        values[place : place + len(bump), 0] += bump
+        return values
+
+    report = fit_readings(with_gyroscope(session(), push))
+    assert not any("single reading" in (one.problem or "") for one in report.rotations)
 
 
 def test_a_clipped_axis_costs_its_rotations_only() -> None:
