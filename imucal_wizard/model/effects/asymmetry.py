@@ -55,9 +55,9 @@ class Asymmetry(AxisEffect):
             "signs at opposite faces and crosses zero about 40° away from each face and where the "
             "axis is level. The gain changes where the axis is level, but there the axis adds "
             "nothing to the magnitude of gravity.",
-            needs="Faces, edges, and several poses with the axis tilted by 10° to 25° from level: "
-            "there it differs most from the second-order term, from which it can hardly be "
-            "distinguished at 1 g. The bench states whether the choice between the two changes "
+            needs="Faces, edges, and several poses with the axis tilted by 10° to 25° from level, "
+            "which help to tell it from the second-order term: at 1 g the two can hardly be "
+            "distinguished. The bench states whether the choice between the two changes "
             "the up direction.",
             remedy="Add the term and apply it. The second-order term corrects most of the same "
             "error.",
