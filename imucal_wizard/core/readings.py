@@ -31,7 +31,7 @@ digits); their higher powers would overflow."""
 
 EVEN_STEP = 0.01
 """Usual intervals by which one may differ from the usual one and counts as the same."""
-MIN_EVEN_SHARE = 0.99
+REGULAR_SHARE = 0.99
 """Of the intervals, from which on the others are faults of the clock."""
 LONG_STEP = 1.6
 """Usual intervals from which on a sample is missing, or its time is coarser than the sampling."""
@@ -104,7 +104,7 @@ class Series:
         usual = median(steps)
         if not usual > 0.0:
             return 0.0
-        if np.mean(np.abs(steps - usual) < EVEN_STEP * usual) > MIN_EVEN_SHARE:
+        if np.mean(np.abs(steps - usual) < EVEN_STEP * usual) > REGULAR_SHARE:
             return 1.0 / usual
         ordinary = steps < LONG_STEP * usual
         if ordinary.mean() < MIN_ORDINARY_SHARE:  # one tick and two, in turn

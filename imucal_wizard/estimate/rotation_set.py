@@ -19,7 +19,7 @@ from imucal_wizard.core.readings import (
     distinct,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median, sample_quantile
+from imucal_wizard.core.statistics import lengths, median, median_of_rows, sample_quantile
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
@@ -248,7 +248,7 @@ def _wild_reading(rotation: Rotation) -> str | None:
 
     A bump is no faster than the sensor can show, and the hand turns on before and after it.
     """
-    rate = rotation.rate - np.median(rotation.rate, axis=0)
+    rate = rotation.rate - median_of_rows(rotation.rate)
     beside = 0.5 * (rate[:-2] + rate[2:])
     off = np.abs(rate[1:-1] - beside)
     usual = np.array([sample_quantile(column, USUAL_SHARE) for column in off.T])
