@@ -61,7 +61,8 @@ KNEES = tuple(one for one in JUMPS if 0.25 < abs(one) < 0.7)
 edges of a cube, at 0.71 g, one hold shows it: the same as a disturbed hold."""
 POWERS = (1.0, 3.0)
 """Of the size of the force along another axis. Two is a cross effect of the catalogue, whose curve
-these are told from only by inputs between the faces and edges of a cube, or by little noise."""
+these are told from only by inputs between the faces and edges of a cube, or by little noise. Each
+is about as likely as a knee at one place."""
 JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
 JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
