@@ -35,9 +35,9 @@ REGULAR_SHARE = 0.99
 """Of the intervals, from which on the others are faults of the clock."""
 LONG_STEP = 1.6
 """Usual intervals from which on a sample is missing, or its time is coarser than the sampling."""
-MIN_ORDINARY_SHARE = 0.8
-"""Of the intervals, below which long ones are those of a coarse time: so many samples are never
-missing one by one."""
+MIN_EVENLY_LONG = 0.9
+"""Of the intervals of one tick more, those that follow one another at even distances, from which on
+the time is coarser than the sampling: samples are missing at uneven ones."""
 
 
 def across_restarts(steps: FloatArray) -> BoolArray:
@@ -104,11 +104,13 @@ class Series:
         usual = median(steps)
         if not usual > 0.0:
             return 0.0
-        if np.mean(np.abs(steps - usual) < EVEN_STEP * usual) > REGULAR_SHARE:
-            return 1.0 / usual
         ordinary = steps < LONG_STEP * usual
-        if ordinary.mean() < MIN_ORDINARY_SHARE:  # one tick and two, in turn
-            ordinary = steps < 2.0 * LONG_STEP * usual
+        twice = ~ordinary & (steps < 2.0 * LONG_STEP * usual)
+        apart = np.diff(np.flatnonzero(twice))
+        if len(apart) and np.mean(np.abs(apart - median(apart)) <= 1.0) > MIN_EVENLY_LONG:
+            ordinary |= twice
+        elif np.mean(np.abs(steps - usual) < EVEN_STEP * usual) > REGULAR_SHARE:
+            return 1.0 / usual
         return float(ordinary.sum() / steps[ordinary].sum())
 
 
