@@ -19,13 +19,14 @@ from imucal_wizard.core.readings import (
     distinct,
 )
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import lengths, median, median_of_rows, sample_quantile
+from imucal_wizard.core.statistics import lengths, median, median_of_rows
 from imucal_wizard.estimate.noise import has_rate
 from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.rounded import rate_place, rate_shift, rate_step
 from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion, rounding_in_motion
 from imucal_wizard.measurement.gaps import error_across_gaps
 from imucal_wizard.measurement.holds import Hold, Rotation, times_in_hold
+from imucal_wizard.measurement.repeats import measured_rows
 from imucal_wizard.model.rows.source import (
     Parameters,
 )
@@ -33,13 +34,11 @@ from imucal_wizard.model.rows.source import (
 MIN_ROTATION_SAMPLES = 3
 """Of a rotation."""
 WILD_RATIO = 10.0
-"""Distance of a wrong reading from the mean of its neighbours, over that of nearly all others."""
-USUAL_SHARE = 0.95
-"""Of all readings, which are nearly all."""
+"""Distance of a wrong reading from the mean of its neighbours, over the median one."""
 MAX_SHARE_BESIDE = 0.2
 """Of that distance, by which its neighbours may differ: the motion goes on as before."""
-WILD_RATE = 2.0
-"""Times the largest of all other rates that a wrong reading is at least: a bump does not turn the
+WILD_RATE = 3.0
+"""Times the largest of all other rates that a wrong reading is at least: a bump seldom turns the
 device so much faster for one sample only. A choice: smaller, and bumped rotations are lost."""
 
 
@@ -244,22 +243,21 @@ def _problem(rotation: Rotation) -> str | None:
 
 
 def _wild_reading(rotation: Rotation) -> str | None:
-    """That single readings are far beyond all others, of which those beside them know nothing.
-
-    A bump is no faster than the sensor can show, and the hand turns on before and after it.
-    """
-    rate = rotation.rate - median_of_rows(rotation.rate)
-    beside = 0.5 * (rate[:-2] + rate[2:])
-    off = np.abs(rate[1:-1] - beside)
-    usual = np.array([sample_quantile(column, USUAL_SHARE) for column in off.T])
-    wild = off > WILD_RATIO * np.maximum(usual, 1e-300)
+    """That single readings are far beyond all others, of which those beside them know nothing."""
+    rows = measured_rows(rotation.rate)
+    rate = rotation.rate if rows is None else rotation.rate[rows]
+    rate = rate - median_of_rows(rate)
+    if len(rate) < MIN_ROTATION_SAMPLES:
+        return None
+    off = np.abs(rate[1:-1] - 0.5 * (rate[:-2] + rate[2:]))
+    wild = off > WILD_RATIO * np.maximum(median_of_rows(off), 1e-300)
     wild &= np.abs(rate[2:] - rate[:-2]) < MAX_SHARE_BESIDE * off
     size = np.abs(rate[1:-1])
     wild &= size > WILD_RATE * np.where(wild, 0.0, size).max()
     if not wild.any():
         return None
     axis = AXES[int(wild.sum(axis=0).argmax())]
-    return f"a single reading of {axis} is far beyond all others and wrong"
+    return f"single readings of {axis} are far beyond all others: they are wrong, or it was knocked"
 
 
 def rotation_set(

@@ -18,7 +18,9 @@ from imucal_wizard.estimate.fit_warnings import exchanged_axes, unit_notes
 from imucal_wizard.estimate.gyroscope_report import silent_axes
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.rotation_set import examined
 from imucal_wizard.measurement.data_quality import check_recording, missing_samples
+from imucal_wizard.measurement.holds import Rotation
 from imucal_wizard.measurement.rounding import in_steps, resolution_of
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
@@ -260,16 +262,21 @@ def test_a_dead_gyroscope_axis_is_named_and_nothing_is_fitted(noise: float) -> N
 
 
 @pytest.mark.parametrize("reading", [-999.0, 8.7])
-def test_a_wild_reading_costs_its_rotation_only(reading: float) -> None:
-    """A line that was damaged, or a transfer that failed: three samples of ten thousand."""
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_wild_reading_costs_its_rotation_only(reading: float, times: int) -> None:
+    """A line that was damaged, or a transfer that failed: three samples of ten thousand.
+
+    A gyroscope that is slower than the lines repeats them.
+    """
     rng = np.random.default_rng(4)
 
     def spoil(values: FloatArray) -> FloatArray:
-        values[rng.choice(len(values), 3, replace=False), 0] = reading
-        return values
+        measured = values[::times].copy()
+        measured[rng.choice(len(measured), 3, replace=False), 0] = reading
+        return np.asarray(np.repeat(measured, times, axis=0)[: len(values)])
 
     report = fit_readings(with_gyroscope(session(), spoil))
-    told = [one for one in report.rotations if "single reading of x" in (one.problem or "")]
+    told = [one for one in report.rotations if "single readings of x" in (one.problem or "")]
     assert 1 <= len(told) <= 3
     scale = np.diag(report.sensors["gyroscope"].matrix)
     assert scale == pytest.approx(np.diag(true().gyroscope_matrix), rel=2e-3)
@@ -278,17 +285,32 @@ def test_a_wild_reading_costs_its_rotation_only(reading: float) -> None:
     assert np.degrees(fit.floor) < 0.1
 
 
-def test_a_bump_of_a_few_samples_is_no_wild_reading() -> None:
-    """The device turns with it: its readings rise and fall, and the angle contains them."""
-    bump = np.radians(400.0) * np.array([0.3, 1.0, 0.6, -0.2])
+@pytest.mark.parametrize("shape", [(0.3, 1.0, 0.6, -0.2), (1.0,)])
+def test_a_bump_costs_no_rotation(shape: tuple[float, ...]) -> None:
+    """The device turns with it, and the angle contains that."""
+    bump = np.radians(200.0) * np.array(shape)
 
     def push(values: FloatArray) -> FloatArray:
         place = int(np.abs(values[:, 0]).argmax())
-        values[place : place + len(bump), 0] += bump
+        values[place : place + len(bump), 0] += np.sign(values[place, 0]) * bump
         return values
 
     report = fit_readings(with_gyroscope(session(), push))
-    assert not any("single reading" in (one.problem or "") for one in report.rotations)
+    assert not any("single readings" in (one.problem or "") for one in report.rotations)
+
+
+@pytest.mark.parametrize(("seconds", "rate"), [(2.0, 25.0), (1.0, 100.0)])
+def test_two_wild_readings_of_one_short_rotation_are_seen(seconds: float, rate: float) -> None:
+    hold = fit_readings(session()).holds[0]
+    time = np.arange(int(seconds * rate)) / rate
+    turned = 2.0 * np.sin(np.pi * time / seconds)[:, None] ** 2 * np.array([0.1, 1.0, 0.0])
+    turned += np.random.default_rng(0).normal(0.0, 0.002, turned.shape)
+    plain = Rotation(hold, hold, time, turned)
+    wild = turned.copy()
+    wild[[len(time) // 3, len(time) // 2], 0] = 8.7
+    (good, bad) = examined([plain, replace(plain, rate=wild)])
+    assert good.problem is None
+    assert "single readings of x" in (bad.problem or "")
 
 
 def test_a_clipped_axis_costs_its_rotations_only() -> None:
