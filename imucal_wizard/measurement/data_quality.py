@@ -130,6 +130,8 @@ def _slow_sensor(readings: Readings) -> str:
     """
     times = {}
     for name, series in inertial_sensors(readings):
+        if not len(series):
+            return ""
         move = np.abs(np.diff(series.values, axis=0)).max(axis=1)
         far = move > MAX_REST_STEPS * _smallest_step(series.values[:_STEPS_FROM])
         starts = run_starts(series.values)
@@ -141,8 +143,8 @@ def _slow_sensor(readings: Readings) -> str:
         return ""
     (name,) = slow
     return (
-        f"Each reading of the {name} is repeated {times[name]:.2g} times: the sensor is slower "
-        "than the lines, or its output rate is set lower. Print once per new measurement."
+        f"Each reading of the {name} is repeated {times[name]:.3g} times: the sensor is "
+        "slower than the lines. Set both sensors to one output rate."
     )
 
 
@@ -518,7 +520,7 @@ def _feels(series: Series, beside: Series | None = None) -> float:
 def _rests(series: Series, beside: Series | None = None) -> tuple[FloatArray, FloatArray]:
     """Means (k, 3) and noise (k,) of the quiet blocks; the arguments are those of ``_feels``."""
     means, noise, quiet = _quiet(series)
-    if beside is not None and len(beside) == len(series):
+    if beside is not None and np.array_equal(beside.time, series.time):
         quiet &= _quiet(beside)[2]
     return means[quiet], noise[quiet]
 

@@ -81,7 +81,7 @@ def repeats_note(sensor: str, times: float) -> tuple[str, ...]:
     if times == 1.0:
         return ()
     message = (
-        f"each reading of the {sensor} is repeated {times:.2g} times, because the sensor is "
+        f"each reading of the {sensor} is repeated {times:.3g} times, because the sensor is "
         "slower than the lines; each counts once"
     )
     return (message,)

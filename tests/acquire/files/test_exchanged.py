@@ -67,6 +67,15 @@ def test_a_motor_that_turns_as_evenly_as_the_device_rests_is_no_exchange() -> No
     assert not sensors_exchanged(Series(time, force, "m/s^2"), Series(time, rate, "rad/s"))
 
 
+def test_sensors_with_clocks_of_their_own_are_not_compared_block_by_block() -> None:
+    """As many samples of each, at 100 and 104 Hz, as two files give them."""
+    values = _session()
+    force, rate = values[:, 1:4], values[:, 4:7]
+    own, other = np.arange(3600) / 100.0, np.arange(3600) / 104.0
+    assert not sensors_exchanged(Series(own, force, "m/s^2"), Series(other, rate, "rad/s"))
+    assert sensors_exchanged(Series(own, rate, "m/s^2"), Series(other, force, "rad/s"))
+
+
 def test_a_rate_table_is_not_taken_for_an_exchange() -> None:
     """Constant rates look like rests, but their size is not that of gravity."""
     rng = np.random.default_rng(0)
