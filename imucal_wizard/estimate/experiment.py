@@ -185,7 +185,7 @@ class Experiment(ABC):
 
     @property
     def largest_error(self) -> float:
-        """That an error can have, in ``error_unit``."""
+        """The largest that an error can be, in ``error_unit``."""
         return math.inf
 
     @abstractmethod

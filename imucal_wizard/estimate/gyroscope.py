@@ -440,7 +440,7 @@ class GyroscopeExperiment(Movable):
 
     @property
     def largest_error(self) -> float:
-        """See ``Experiment``: that of an angle between two directions."""
+        """See ``Experiment``: the largest angle between two directions."""
         return math.pi
 
     def before(self) -> Parameters:

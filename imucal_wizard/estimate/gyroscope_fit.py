@@ -213,10 +213,10 @@ def check_same_motions(found: Minimum[GyroscopeExperiment]) -> None:
         )
 
 
-def misses_a_turn(found: Minimum[GyroscopeExperiment]) -> bool:
-    """Whether the rates show next to nothing of one of the motions, as where an axis is dead."""
+def misses_rotations(found: Minimum[GyroscopeExperiment]) -> bool:
+    """Whether the rates miss much of several rotations, as of those about a dead axis."""
     closure, tilt = _compared(found)
-    return bool((closure > MAX_SHARE_OF_TILT * tilt).any())
+    return int((closure > MAX_SHARE_OF_TILT * tilt).sum()) > 1
 
 
 def _compared(found: Minimum[GyroscopeExperiment]) -> tuple[FloatArray, FloatArray]:

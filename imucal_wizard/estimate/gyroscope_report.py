@@ -19,7 +19,7 @@ from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.gyroscope_fit import (
     check_same_motions,
     gyroscope_minimum,
-    misses_a_turn,
+    misses_rotations,
     without_lost_samples,
 )
 from imucal_wizard.estimate.method_data import AxisTurns, GyroscopeData
@@ -48,12 +48,6 @@ SILENT_SHARE = 1e-4
 """The same over the spread of the liveliest axis: 0.02 °/s of 200."""
 SMALLEST_ROTATION = np.radians(5.0)
 """A motion that turns less than this is a disturbed hold, not a rotation."""
-
-
-DEAD_AXIS = (
-    "an axis reads the same in motion as at rest, and rotations about it do not close: without it "
-    "they show nothing of the others. Repair the sensor, or correct its columns, and measure again"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,8 +119,12 @@ def fit_gyroscope(
             rotations,
             lambda some: gyroscope_minimum(holds, some, *args[2:]),
         )
-        if silent and misses_a_turn(fitted):
-            raise DataError(DEAD_AXIS)
+        if silent and misses_rotations(fitted):
+            raise DataError(
+                "one axis reads the same in motion as at rest, and rotations do not close without "
+                "it, so that they cannot calibrate the other axes. Repair the sensor, or correct "
+                "its columns, and measure again"
+            )
         if not silent:
             check_same_motions(fitted)
         experiment, found = fitted.experiment, report(fitted)

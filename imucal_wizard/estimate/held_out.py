@@ -131,7 +131,7 @@ class Items:
         return np.sqrt(np.bincount(self.item, own**2))
 
     def bounded(self, errors: FloatArray, largest: float) -> FloatArray:
-        """Errors of all rows, those of a hold or rotation together at most as large."""
+        """Errors of all rows, cut so that no hold or rotation has one above the largest."""
         if np.isinf(largest):
             return errors
         own, out = np.sqrt(np.bincount(self.item, errors[self.rows] ** 2)), errors.copy()

@@ -144,14 +144,13 @@ def worse_than_none(
             f"with {plural(freedom or 0, 'degree')} of freedom, {quantity(before, unit)} without "
             "it. Do not apply it; measure more positions and rotations"
         )
-    said, likely = "is", ""
+    said, likely, advice = "is", "", "do not apply it; measure again"
     if interval is not None and interval[0] <= before:
-        said = "may be"
+        said, advice = "may be", "do not apply it; measure more positions and rotations"
         likely = f" (90 %: {quantity(interval[0], unit)} to {quantity(interval[1], unit)})"
     errors = (
         f"{quantity(error, unit)} on data held out{likely}, {quantity(before, unit)} without it"
     )
-    advice = "do not apply it; measure again"
     return f"the {sensor}'s calibration {said} worse than none: {errors}; {advice}"
 
 
