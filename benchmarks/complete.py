@@ -6,8 +6,8 @@ samples per second. In some recordings nothing is hidden, in the others a struct
 of the catalogue makes, of 2 to 100 times the noise of a hold's mean. The program fits, adds what it
 finds, and judges. Two shares are printed with their 95 % intervals (Clopper and Pearson):
 
-- of the honest recordings, those that are called complete. Slow noise that no repeats measure, or
-  that repeats show to be far above the noise of a hold, is to be told as such, and not as complete:
+- of the honest recordings, those that are called complete. Where slow noise is above what the
+  holds and their repeats measure, another verdict is as right, by the definition of ``complete``:
   of these rows those that claim an effect or a disturbed hold are counted as wrong;
 - of the recordings in which the structure's part that the model at the end cannot absorb has an
   rms over the holds of more than three times the noise of a hold's mean, those called complete.

@@ -158,7 +158,10 @@ def test_fit_and_the_saved_file_tell_what_python_tells(outputs: Outputs) -> None
 
 def test_the_saved_measurements_show_the_error_before_that_the_fit_tells(outputs: Outputs) -> None:
     """An export is proven by them, and says the error of the readings as they are."""
-    for name, error in Proof(outputs.file).errors(nominal(outputs.file), frame=False).items():
+    errors = Proof(outputs.file).errors(nominal(outputs.file), frame=False)
+    in_si = {name for name, one in outputs.file.sensors.items() if one.bias_unit != "count"}
+    assert errors.keys() == in_si
+    for name, error in errors.items():
         # rotations are kept as increments, and a circle's chords are shorter than its arcs
         assert error == pytest.approx(outputs.file[name].rms_before, rel=1e-3)
 

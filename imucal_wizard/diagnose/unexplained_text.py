@@ -221,7 +221,7 @@ def _follows_nothing(bench: Bench) -> str:
         untested = "other dependences on the pose before were not tested"
     return (
         f"No test shows {further} on the time (drift, step or wander){before} for certain; "
-        f"{untested}. The error may follow the pose before all the same (hysteresis, play), change "
+        f"{untested}. The error may still follow the pose before (hysteresis, play), change "
         "to and fro in the session (supply voltage, a load that switches), differ between poses "
         "that are nearly alike, or come from axes that change in the session or with the "
         "temperature, or the device may settle a little differently each time. To decide, reach "

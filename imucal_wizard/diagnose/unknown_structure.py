@@ -65,8 +65,8 @@ these are told from only by inputs between the faces and edges of a cube, or by 
 is about as likely as a knee at one place."""
 JUMP_WIDTH = 0.02
 """Half width of a jump, g: poses are placed less exactly."""
-JUMP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
-"""Size of a jump in noise standard deviations: bias and scale take up seven eighths of it."""
+STEEP_SIZES = (5.0, 25.0, 125.0, 500.0, 2000.0)
+"""Size of a jump, a knee or a power in noise standard deviations: bias and scale take up most."""
 MAX_PATTERNS = 9
 """Patterns of an explanation up to which fewer are not looked for: the entries of a matrix."""
 _LEVELS = np.linspace(-1.0, 1.0, 13)
@@ -121,8 +121,8 @@ def unknown_structure(misfit: WhitenedResiduals, frame: Frame) -> list[Hypothesi
             courses = [one.of(partial(_smooth, length=length)) for length in LENGTHS]
             made += [_unknown(one.parameter, prior, course) for course in courses]
             prior = PRIOR[UNKNOWN] * SHARES["power"] / len(POWERS)
-            courses = [one.of(partial(_power, number=number)) for number in POWERS]
-            made += [_unknown(one.parameter, prior, course, JUMP_SIZES) for course in courses]
+            courses = [one.of(partial(_power, exponent=exponent)) for exponent in POWERS]
+            made += [_unknown(one.parameter, prior, course, STEEP_SIZES) for course in courses]
     return made
 
 
@@ -146,10 +146,10 @@ def _of_axes(axes: Sequence[Characteristic]) -> list[Hypothesis]:
         made.append(_unknown(one.parameter, prior["wave"] / len(WAVES), patterns))
     for one, level in itertools.product(axes, JUMPS):
         patterns = one.of(partial(_jump, level=level))
-        made.append(_unknown(one.parameter, prior["jump"] / len(JUMPS), patterns, JUMP_SIZES))
+        made.append(_unknown(one.parameter, prior["jump"] / len(JUMPS), patterns, STEEP_SIZES))
     for one, level in itertools.product(axes, KNEES):
         patterns = one.of(partial(_knee, level=level))
-        made.append(_unknown(one.parameter, prior["knee"] / len(KNEES), patterns, JUMP_SIZES))
+        made.append(_unknown(one.parameter, prior["knee"] / len(KNEES), patterns, STEEP_SIZES))
     return made
 
 
@@ -175,9 +175,9 @@ def _knee(place: FloatArray, level: float) -> FloatArray:
     return np.abs(place - level)
 
 
-def _power(place: FloatArray, number: float) -> FloatArray:
+def _power(place: FloatArray, exponent: float) -> FloatArray:
     """A power of the size, shape (k, 1)."""
-    return np.abs(place) ** number
+    return np.abs(place) ** exponent
 
 
 def _by_rate(misfit: WhitenedResiduals, frame: Frame) -> list[Characteristic]:

@@ -256,7 +256,7 @@ class Proof:
         return Samples(reading, replace(where, current=np.nan_to_num(where.current)), reading)
 
     def _field_errors(self, corrected: FloatArray) -> FloatArray:
-        """Magnitude of each row of the fit less the field, or their mean where none is known."""
+        """Magnitude of each row of the fit less the known field, else less their mean."""
         size = self._magnitudes(corrected)
         sensor = self._calibration["magnetometer"]
         if "field" in sensor.parameters or sensor.unit != SI_UNIT["magnetometer"]:

@@ -180,7 +180,7 @@ def test_what_follows_the_pose_before_on_another_axis_is_not_blamed_on_the_seat(
     said = with_error(lambda _, before: np.array([0.0, 0.0, 0.8 * before[0]]), seed=6)
     assert said.verdict is Verdict.NOT_REPEATABLE
     assert "other dependences on the pose before were not tested" in said.says
-    assert said.says.index("pose before all the same") < said.says.index("settle")
+    assert said.says.index("still follow the pose before") < said.says.index("settle")
     assert all("from another pose than before" in pose.why for pose in said.next_poses)
 
 
