@@ -55,8 +55,9 @@ def answer(readings: Readings) -> str:
     except DataError as error:
         named = "sampling rate" in str(error)
         return "refused, duration said" if named else "refused otherwise"
-    words = ("which no sensor has", "By its own time")
-    if any(word in text for text in report.warnings for word in words):
+    words = ("which no sensor has", "that no sensor has", "By its own time")
+    told = [*report.warnings, *(fit.unusable for fit in report.sensors.values())]
+    if any(word in text for text in told for word in words):
         return "warned"
     return "silent" if "gyroscope" in report.sensors else "no gyroscope"
 
