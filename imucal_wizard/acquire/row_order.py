@@ -5,13 +5,13 @@ time. When a buffer overflows, the beginning of one line is joined to the end of
 break is within the time, ``21`` + ``21.345`` becomes 2121 s. The clock of a device that restarts
 goes back, too, but the next rows go on from there.
 
-Rows that have passed are not called back. A row that goes back by less than half a step, where the
-times jitter, therefore stays behind the later one and has the same time. With a clock coarser than
-the sampling, rows exchanged within one tick cannot be told, and rows of the tick before cannot be
-told from a restart after one tick: they are treated alike. A counter of the time that wraps every
-few rows does not tell which of them came late: these count as rows of a wrong time. Recordings
-whose samples arrived in bursts do not come here: their times say only when a burst ended, and
-exchanged rows cannot be told.
+Rows that have passed are not called back. A row that goes back by less than half a step, or by more
+while those after it keep the pace of those before, as where times jitter, therefore stays behind
+the later one and has the same time. With a clock coarser than the sampling, rows exchanged within
+one tick cannot be told, and rows of the tick before cannot be told from a restart after one tick:
+they are treated alike. A counter of the time that wraps every few rows does not tell which of them
+came late: these count as rows of a wrong time. Recordings whose samples arrived in bursts do not
+come here: their times say only when a burst ended, and exchanged rows cannot be told.
 """
 
 from bisect import bisect_left, bisect_right
@@ -20,6 +20,7 @@ import numpy as np
 
 from imucal_wizard.core.quantities import plural
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray
+from imucal_wizard.core.statistics import median
 
 LATE_ROWS = 8
 """Rows after one of an unusual step that show what the step is: a restart, lost samples, a wrong
@@ -28,6 +29,10 @@ COPY_SECONDS = 5.0
 """Seconds of newest rows with which a row whose time goes back is compared: buffers hold less."""
 _HELD_SECONDS = 0.5
 """s; a slow stream waits no longer after lost samples, with fewer rows than ``LATE_ROWS``."""
+_PACE_ROWS = 8 * LATE_ROWS
+"""Rows before a step back that show the pace at which they came."""
+_USUAL_LIMIT = 1.5
+"""The largest usual step, in steps, where the times are finer than the sampling."""
 _SCANNED_ROWS = 256
 """Rows whose steps are looked at again after each one of an unusual step."""
 
@@ -56,7 +61,7 @@ class RowOrder:
         self._place = place
         self._limit = limit
         self._coarse = coarse
-        self._slight = limit if coarse else limit / 3.0
+        self._slight = limit if coarse else 0.5 * limit / _USUAL_LIMIT
         self._held = min(LATE_ROWS, max(1, int(compared * _HELD_SECONDS / COPY_SECONDS)))
         self._newest = _NewestRows(place, compared)
         self._copying = False
@@ -178,7 +183,7 @@ class RowOrder:
             return np.concatenate((near[order], far))
         first, *others = near[:, self._place].tolist()
         if step < 0.0 and self._returns(first, others):
-            if step < -self._slight:
+            if step < -self._limit:
                 self.wrong += 1
             else:
                 self.late += 1
@@ -237,6 +242,8 @@ class RowOrder:
         order = np.lexsort((ticks, after))
         if order[-1] != len(ticks) - 1 or bool((order[1:] > order[:-1]).all()):
             return None
+        if not self._coarse and self._go_on(ticks.tolist()):
+            return None
         steps = np.diff(ticks[order], prepend=self._newest.time)
         steps = np.delete(steps, np.count_nonzero(~after))  # the wrap
         usual = (steps >= self._limit / 3.0) & (steps <= self._limit)
@@ -254,10 +261,30 @@ class RowOrder:
         rows = next((i for i, after in enumerate(others) if after >= before), None)
         if rows is None:
             return False
+        if not self._coarse and self._go_on([first, *others]):
+            return True
         if before - first > self._slight and others[rows] - [first, *others][rows] <= self._limit:
             return False  # the times after a restart or a wrap have passed those before it
         usual = (rows + 1) * self._limit
         return others[rows] - before <= max(usual, 0.0 if rows else before - first)
+
+    def _go_on(self, times: list[float]) -> bool:
+        """Whether rows keep the even pace of those before, so that only single times went back.
+
+        A clock that is set back to before the newest row leaves all rows after it late by one and a
+        half steps or more. The time of one row may be wrong by as much; the median of all is not.
+
+        Args:
+            times: of the rows after the newest one.
+        """
+        newest, step = self._newest.times, self._limit / _USUAL_LIMIT
+        apart = min(len(newest) // 4, _PACE_ROWS)
+        if apart >= LATE_ROWS:  # the median of single steps is off where they jitter
+            step = median(newest[apart:] - newest[:-apart]) / apart
+        before = newest[-_PACE_ROWS:][::-1]
+        pace = median(before + step * np.arange(len(before)))
+        paces = np.array(times) - step * np.arange(1, len(times) + 1)
+        return median(paces) > pace - step
 
 
 class _NewestRows:
@@ -279,6 +306,11 @@ class _NewestRows:
         first = bisect_left(ticks, time, self._begin, self._end)
         same = self._rows[first : bisect_right(ticks, time, first, self._end)].view(np.int64)
         return bool((same == row.view(np.int64)).all(axis=1).any())
+
+    @property
+    def times(self) -> FloatArray:
+        """In ticks, shape (n,)."""
+        return np.asarray(self._rows[self._begin : self._end, self._place])
 
     def add(self, rows: FloatArray) -> None:
         """Add rows in order; those before a step back are forgotten."""

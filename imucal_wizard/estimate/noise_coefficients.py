@@ -45,7 +45,7 @@ GUARD_OCTAVES = 2
 to a quarter over two octaves."""
 MIN_OCTAVES = 6
 """Fewest Allan variances, one per octave, to which four coefficients are fitted."""
-DETERMINED_SIGMA = 2.0
+DETERMINED_SIGMA = 1.96
 """Standard errors from zero from which on a coefficient counts as determined."""
 LEAST_WHITE_SHARE = 1e-3
 """Of the white noise that all Allan variances allow."""
@@ -63,7 +63,8 @@ class Coefficient:
 
     Attributes:
         value: the best estimate.
-        standard_error: of it.
+        standard_error: of it; at least so large that the 95 % interval of a coefficient that is not
+            determined holds zero.
         determined: whether it is clearly above zero.
         below: upper limit that holds in 95 of 100 cases.
     """
@@ -248,11 +249,14 @@ def _fit_axis(
         if place >= _RANDOM and not errors[place]:
             continue  # no drift was fitted
         square, one = float(squares[place]), float(errors[place])
+        determined = square > DETERMINED_SIGMA * one
+        # of the root, also where the square is within its error
+        half = 0.5 * (np.sqrt(square + one) - np.sqrt(max(square - one, 0.0)))
+        least = 0.0 if determined else np.sqrt(square) / DETERMINED_SIGMA
         named[name] = Coefficient(
             value=float(np.sqrt(square)),
-            # of the root, also where the square is within its error
-            standard_error=float(0.5 * (np.sqrt(square + one) - np.sqrt(max(square - one, 0.0)))),
-            determined=square > DETERMINED_SIGMA * one,
+            standard_error=float(max(half, least)),
+            determined=determined,
             below=float(
                 np.sqrt(
                     _upper_limit(place, squares, one, used, theory)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.intake import Intake
-from imucal_wizard.acquire.row_order import RowOrder
+from imucal_wizard.acquire.row_order import LATE_ROWS, RowOrder
 from imucal_wizard.core.readings import FloatArray
 
 HEADER = "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n"
@@ -146,6 +146,25 @@ def test_a_row_that_goes_back_by_little_has_the_newest_time(
 ) -> None:
     """The one before it has passed; neither is it lost, nor does the clock restart."""
     assert whole(*ticks, coarse=coarse) == np.maximum.accumulate(ticks).tolist()
+
+
+@pytest.mark.parametrize("jitter", [0.2, 0.3, 0.4])
+@pytest.mark.parametrize("seed", range(3))
+def test_times_that_jitter_so_that_they_go_back_are_no_restart(jitter: float, seed: int) -> None:
+    """By up to two fifths of a step; a restart among them is one, whatever the time after it."""
+    rng = np.random.default_rng([25901, seed])
+    ticks = np.arange(5000.0) + jitter * rng.standard_normal(5000)
+    assert (np.diff(ticks) < 0.0).any() or jitter < 0.3
+    found = np.array(whole(*ticks))
+    assert len(found) == len(ticks)
+    assert (np.diff(found) >= 0.0).all()
+    ticks[3000:] -= rng.uniform(3.0, 3000.0)
+    found = np.array(whole(*ticks))
+    assert len(found) == len(ticks)
+    back = np.flatnonzero(np.diff(found) < 0.0)
+    # rows that go back right before the restart are taken for its first ones
+    assert back[-1] == 2999
+    assert back[0] > 2999 - LATE_ROWS
 
 
 def test_a_coarse_clock_restarts_and_has_wrong_times_as_others_do() -> None:
