@@ -63,8 +63,8 @@ class Coefficient:
 
     Attributes:
         value: the best estimate.
-        standard_error: of it; at least so large that the 95 % interval of a coefficient that is not
-            determined holds zero.
+        standard_error: of it; at least so large that the interval of a coefficient that is not
+            determined reaches from zero to its upper limit.
         determined: whether it is clearly above zero.
         below: upper limit that holds in 95 of 100 cases.
     """
@@ -249,22 +249,15 @@ def _fit_axis(
         if place >= _RANDOM and not errors[place]:
             continue  # no drift was fitted
         square, one = float(squares[place]), float(errors[place])
-        determined = square > DETERMINED_SIGMA * one
+        limit = square + WITHIN_NINETY * one
+        if place < _RANDOM:
+            limit = _upper_limit(place, squares, one, used, theory)
+        value, below, determined = np.sqrt(square), np.sqrt(limit), square > DETERMINED_SIGMA * one
         # of the root, also where the square is within its error
-        half = 0.5 * (np.sqrt(square + one) - np.sqrt(max(square - one, 0.0)))
-        least = 0.0 if determined else np.sqrt(square) / DETERMINED_SIGMA
-        named[name] = Coefficient(
-            value=float(np.sqrt(square)),
-            standard_error=float(max(half, least)),
-            determined=determined,
-            below=float(
-                np.sqrt(
-                    _upper_limit(place, squares, one, used, theory)
-                    if place < _RANDOM
-                    else square + WITHIN_NINETY * one
-                )
-            ),
-        )
+        own = 0.5 * (np.sqrt(square + one) - np.sqrt(max(square - one, 0.0)))
+        if not determined:
+            own = max(own, value / DETERMINED_SIGMA, (below - value) / WITHIN_NINETY)
+        named[name] = Coefficient(float(value), float(own), determined, float(below))
     return NoiseFit(named, float(taus[used[0]]), p, np.sqrt(model), error)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.estimate.distributions import WITHIN_NINETY
-from imucal_wizard.estimate.noise_coefficients import AllanTheory, fit_noise
+from imucal_wizard.estimate.noise_coefficients import DETERMINED_SIGMA, AllanTheory, fit_noise
 from imucal_wizard.measurement.allan_variance import AllanSums
 from tests.noise.at_rest import three_axes
 
@@ -112,3 +112,17 @@ def test_the_standard_errors_hold_the_truth_as_often_as_they_say() -> None:
         # binomials of 90 with p = 0.9 and 0.95: four standard deviations below
         assert 0.77 < held[name] / 90 < 1.0, (name, held)
         assert below[name] / 90 > 0.86, (name, below)
+
+
+def test_an_interval_of_what_is_not_determined_reaches_from_zero_to_the_limit() -> None:
+    """A random walk looks a little like flicker noise: the root of what is found is no evidence."""
+    seen = 0
+    for seed in range(31_100, 31_104):
+        values = three_axes(seed, 20_000, 10.0, white=0.01, walk=4e-4)
+        for fit in fit_noise(sums_of(values).result(), 0.1):
+            one = fit.coefficients["bias_instability"]
+            if not one.determined:
+                assert one.value <= DETERMINED_SIGMA * one.standard_error
+                assert one.below <= one.value + WITHIN_NINETY * one.standard_error + 1e-12
+                seen += one.value > 0.0
+    assert seen >= 3
