@@ -29,6 +29,7 @@ from imucal_wizard.core.limits.stillness import (
     MIN_RESTING_POSITIONS,
     MIN_ROTATION_SECONDS,
     MIN_SELECTED_RATIO,
+    MIN_SHAKEN,
     MIN_SHARE_OF_POSITIONS,
     MIN_SPEED_RATIO,
     MIN_TURN_DEG,
@@ -391,7 +392,7 @@ def shaken_holds(stream: ReducedRecording, holds: Sequence[Hold]) -> list[Hold]:
         one
         for one in holds_under(stream, replace(limits, accelerometer=most, rate=usual.rate))
         if all(one.end <= hold.start or hold.end <= one.start for hold in holds)
-        and vibration_in(one) > REST_FACTOR**2 * quiet
+        and vibration_in(one) > MIN_SHAKEN * quiet
         and steady(_blocks_of(stream, one), stream.step_a, stream.gravity)
     ]
 

@@ -19,6 +19,9 @@ MIN_HOLD_SECONDS = 1.0
 REST_FACTOR = 3.5
 """Standard deviation of a window over that usual in its rest, above which the rest ends: the noise
 of half a second scatters by a third of itself at the lowest rates, a motion exceeds ten times."""
+MIN_SHAKEN = 2.0
+"""Vibration of a hold, as a variance, over that of most, from which on its support vibrates: that
+of half a second of noise is known to a fifth at the lowest rates."""
 HISTORY_BLOCKS = 50
 """Blocks that a stream keeps before a rest is found (five seconds): with strict limits the rest
 began before its windows met them."""
