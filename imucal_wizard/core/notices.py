@@ -24,6 +24,8 @@ class NoticeKind(Enum):
     """In some holds an axis repeats one reading."""
     RESTS_LEFT_OUT = auto()
     """In some rests the sensor reads another mean than in the holds; they are left out."""
+    SETTLING = auto()
+    """The sensor still settles in its holds."""
     GRAVITY_OF_SAMPLES = auto()
     """The samples at rest show a size of gravity that does not fit the unit."""
     SCALE = auto()
@@ -50,6 +52,10 @@ class NoticeKind(Enum):
     """The sensor sends nothing."""
     NOT_TURNED = auto()
     """The device rests where it is to be turned."""
+
+
+UNLIKE_HOLDS = NoticeKind.RESTS_LEFT_OUT, NoticeKind.SETTLING
+"""Of a sensor that reads another mean at rest than the means of the holds show."""
 
 
 class Notice(str):

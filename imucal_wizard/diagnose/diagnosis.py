@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from imucal_wizard.core.notices import NoticeKind
+from imucal_wizard.core.notices import UNLIKE_HOLDS, Notice, NoticeKind
 from imucal_wizard.core.quantities import as_sentence, plural, quantity
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, Found, Rung
@@ -102,11 +102,11 @@ class Diagnosis:
     report: FitReport | None = None
 
     @property
-    def rests_left_out(self) -> str:
-        """What is said of rests in which the sensor reads another mean, if it does not repeat."""
+    def unlike_holds(self) -> Notice | None:
+        """What is said of rests unlike the means of the holds, of a sensor that does not repeat."""
         if self.report is None or self.verdict is not Verdict.NOT_REPEATABLE:
-            return ""
-        return next(iter(self.report.warned(self.sensor, NoticeKind.RESTS_LEFT_OUT)), "")
+            return None
+        return next(iter(self.report.warned(self.sensor, *UNLIKE_HOLDS)), None)
 
     @property
     def opinion(self) -> Opinion:

@@ -56,6 +56,12 @@ _REASONS = {
 }
 
 
+_UNLIKE = {
+    NoticeKind.RESTS_LEFT_OUT: "it reads another mean in rests that are left out",
+    NoticeKind.SETTLING: "it still settles in the holds",
+}
+
+
 class Grade(StrEnum):
     """The words of the contract."""
 
@@ -131,8 +137,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return "it has no verdict"
     if diagnosis.base_left_out:
         return f"its model lacks {' and '.join(diagnosis.base_left_out)}"
-    if diagnosis.rests_left_out:
-        return "it reads another mean in rests that are left out"
+    if diagnosis.unlike_holds is not None:
+        return _UNLIKE[diagnosis.unlike_holds.kind]
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
     if fit.unit == "rad/s":

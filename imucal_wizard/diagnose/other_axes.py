@@ -95,6 +95,7 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         gyroscope_quiet=moved(np.abs(rate), hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
         allan_covariances=moved(force, hold.allan_covariances),
+        accelerometer_course=moved(force, hold.accelerometer_course),
     )
 
 

@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from imucal_wizard.core.errors import DataError, UsageError
-from imucal_wizard.core.notices import NoticeKind
+from imucal_wizard.core.notices import UNLIKE_HOLDS
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, falls
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.change_text import reasons_of
@@ -262,9 +262,8 @@ def diagnosis_of(
     lacking, waiting = bench.undetermined, benches.waits(bench.sensor)
     whole = bench.fit.base == bench.whole
     verdict = _verdict(bench, findings, lacking, waiting, whole)
-    rests = benches.report.warned(bench.sensor, NoticeKind.RESTS_LEFT_OUT)
-    if verdict is Verdict.COMPLETE and rests:
-        # of what does not repeat the holds show only the part that does
+    if verdict is Verdict.COMPLETE and benches.report.warned(bench.sensor, *UNLIKE_HOLDS):
+        # of what does not repeat the means of the holds show only the part that does
         verdict = Verdict.NOT_REPEATABLE
     requests, apart = next_requests(bench, findings, verdict) if whole else ((), ())
     disturbed: tuple[tuple[int, ...], tuple[int, ...], tuple[tuple[float, float], ...]]

@@ -53,8 +53,8 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     parts += [] if bench is None else not_confirmed(bench)
     if diagnosis.verdict is Verdict.INSUFFICIENT:
         parts += _insufficient(diagnosis)
-    elif bench is not None and diagnosis.rests_left_out:
-        unlike = f"{capitalized(diagnosis.rests_left_out)}."
+    elif bench is not None and diagnosis.unlike_holds is not None:
+        unlike = f"{capitalized(diagnosis.unlike_holds)}."
         left = f"In the holds alone the error is {beside_noise(bench)}."
         return " ".join([*parts, unlike, left, "Find the cause, and record again."])
     elif bench is not None:

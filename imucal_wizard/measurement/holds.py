@@ -81,6 +81,8 @@ class Hold:
         allan_covariances: of the accelerometer by the differences between its means over halves,
             quarters, eighths … of the hold, whose diagonals are Allan variances, shape (k, 3, 3),
             or None where the hold is short.
+        accelerometer_course: mean reading of the accelerometer in the last third less that in the
+            first, shape (3,), or None where the hold is short.
     """
 
     start: float
@@ -100,6 +102,7 @@ class Hold:
     gyroscope_quiet: FloatArray | None = None
     sway: FloatArray | None = None
     allan_covariances: FloatArray | None = None
+    accelerometer_course: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -178,6 +181,8 @@ def hold_from(blocks: Blocks) -> Hold:
     turn = elapsed @ (blocks.mean - mean) + blocks.moment.mean(axis=0)
     turn *= (blocks.end[-1] - blocks.start[0]) / len(blocks)
     followed = turning and bool(np.isfinite(blocks.mean[:, 3:]).all())
+    third, force = len(blocks) // 3, blocks.mean_a
+    late, early = force[len(force) - third :], force[:third]
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -193,6 +198,7 @@ def hold_from(blocks: Blocks) -> Hold:
         gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
         sway=_sway(blocks) if followed else None,
         allan_covariances=_allan_covariances(blocks),
+        accelerometer_course=late.mean(axis=0) - early.mean(axis=0) if third else None,
     )
 
 

@@ -71,6 +71,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope and of
             the mean time, 7×7, or None.
         allan_covariances: of the accelerometer over halves, quarters … of the hold, k×3×3, or None.
+        accelerometer_course: its mean in the last third less that in the first, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -94,6 +95,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     gyroscope_quiet: list[float] | None = None
     sway: list[list[float]] | None = None
     allan_covariances: list[list[list[float]]] | None = None
+    accelerometer_course: list[float] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -116,6 +118,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             gyroscope_quiet=_array(self.gyroscope_quiet),
             sway=_array(self.sway),
             allan_covariances=_array(self.allan_covariances),
+            accelerometer_course=_array(self.accelerometer_course),
         )
 
 
@@ -339,7 +342,8 @@ def wrong_measurements(
         )
         scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_quiet
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
-        vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
+        courses = hold.gyroscope_turn, hold.accelerometer_course
+        vectors = (*means, *scatters, hold.previous, *courses)
         if any(one is not None and len(one) != 3 for one in vectors):
             return f"{which} does not have three numbers of each sensor"
         if any(one is not None and not is_covariance(one, 3) for one in spreads):
@@ -424,6 +428,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             gyroscope_quiet=_listed(hold.gyroscope_quiet),
             sway=_listed(hold.sway),
             allan_covariances=_listed(hold.allan_covariances),
+            accelerometer_course=_listed(hold.accelerometer_course),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)

@@ -1,5 +1,6 @@
 """A device that is waved slowly is not at rest, and a hold that settles is trimmed."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,9 @@ from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.diagnose.benches import Benches
+from imucal_wizard.diagnose.survey import diagnose_benches
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.measurement.blocks import BlockCutter, Blocks
@@ -195,6 +199,60 @@ def test_settling_is_left_out() -> None:
     clean = scatter(12, 0.0, trimmed=False, device=device)
     assert scatter(12, 0.0, trimmed=True, device=device) == pytest.approx(clean, rel=0.02)
     assert (scatter(12, 5.0, trimmed=True, device=device) < 3.0 * clean).all()
+
+
+def spoilt(change: Callable[[int, FloatArray], FloatArray], seed: int) -> Readings:
+    """An honest session with an error of the accelerometer in each rest, mg.
+
+    Args:
+        change: from the number of a rest and the times since it began, s, to errors, shape (n, 3).
+        seed: of the session.
+    """
+    device, rng = Virtual(noise=0.1), np.random.default_rng([seed, 5])
+    motion = placed(device, rng, turns=1)
+    readings = recorded(motion, device, rng)
+    values, resting = readings.accelerometer.values.copy(), motion.resting > 0.5
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], resting, [0]))))
+    for number, (first, past) in enumerate(edges.reshape(-1, 2).tolist()):
+        since = motion.time[first:past] - motion.time[first]
+        values[first:past] += 1e-3 * G * change(number, since)
+    series = readings.accelerometer
+    return replace(readings, accelerometer=Series(series.time, values, series.unit))
+
+
+@pytest.mark.parametrize(("size", "seconds"), [(1.0, 2.0), (5.0, 15.0)])
+def test_settling_that_outlasts_the_holds_is_told(size: float, seconds: float) -> None:
+    """No means of holds of three seconds show it: they share what the sensor still lacks."""
+
+    def late(_: int, since: FloatArray) -> FloatArray:
+        return np.outer(size * np.exp(-since / seconds), [1.0, 0.0, 0.0])
+
+    readings = spoilt(late, 25_906)
+    report = fit_readings(readings)
+    (told,) = report.warned("accelerometer", NoticeKind.SETTLING)
+    assert "changes on x by" in told
+    said = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
+    assert said.verdict is not Verdict.COMPLETE
+    assert said.verdict is not Verdict.NOT_REPEATABLE or "still settles" in said.says
+    clean = fit_readings(spoilt(lambda _, since: np.zeros((len(since), 3)), 25_906))
+    assert not clean.warned("accelerometer", NoticeKind.SETTLING)
+
+
+def test_rests_on_a_support_that_vibrates_are_used_though_they_disagree() -> None:
+    """They are neither motions nor disturbed: without them the model would seem complete."""
+
+    def fan(number: int, since: FloatArray) -> FloatArray:
+        shaken = np.zeros((len(since), 3))
+        if number % 3 == 1:
+            shaken[:, 2] = 5.0 * np.sin(2.0 * np.pi * 47.3 * since) + 3.0
+        return shaken
+
+    readings = spoilt(fan, 25_907)
+    quiet = fit_readings(spoilt(lambda _, since: np.zeros((len(since), 3)), 25_907))
+    report = fit_readings(readings)
+    assert len(report.holds) == len(quiet.holds)
+    said = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
+    assert said.verdict is not Verdict.COMPLETE
 
 
 def test_a_sway_is_no_settling_of_the_accelerometer() -> None:
