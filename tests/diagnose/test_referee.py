@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagn
 from imucal_wizard.diagnose.verdict import Verdict, judge_misfit, unconfirmed
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, fit
+from imucal_wizard.estimate.fit import Minimum, refined_minimum
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.rows import gravity_closure
@@ -118,7 +118,7 @@ def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_me
     assert bench.referee is not None
     referee, across = bench.referee(), gravity_closure.across
     assert referee is not None
-    found = fit(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
+    found = refined_minimum(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
     before = referee.hear(found).log_evidence
     # a quarter turn about up
     monkeypatch.setattr(
