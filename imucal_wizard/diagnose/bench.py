@@ -478,7 +478,7 @@ class Bench:
             return None
         terms = [Term(one.effect, one.variant) for one in added]
         try:
-            found = self._with_terms(terms)
+            found = self._with_terms(terms, referee)
         except DataError:
             return None
         return referee.hear(found)
@@ -663,13 +663,18 @@ class Bench:
             return report(with_term(Term(effect, variant)))
         begin = self.likeliest_variant(effect.name) if near is None else near
         if effect.sudden:
-            return report(self._with_terms((Term(effect, begin),)))
+            referee = None if self.referee is None else self.referee()
+            return report(self._with_terms((Term(effect, begin),), referee))
         return most_likely_setting(with_term, Term(effect, begin), settings)
 
-    def _with_terms(self, added: Sequence[Term]) -> Minimum[Experiment]:
+    def _with_terms(self, added: Sequence[Term], referee: Referee | None) -> Minimum[Experiment]:
         """The fit with more effects; a step takes place at its likeliest moment beside the others.
 
         That is settled by the rows, and by those of the gyroscope that rest on them.
+
+        Args:
+            added: the effects.
+            referee: the gyroscope, where it may judge.
         """
         step = next((one for one in added if one.effect.sudden and one.variant is not None), None)
         others = [one for one in added if one is not step]
@@ -679,7 +684,7 @@ class Bench:
 
         if step is None:
             return with_step()
-        where, referee = self.measured.circumstances, self.referee and self.referee()
+        where = self.measured.circumstances
         moments = [one for one in step.effect.variants(where) if one is not None]
 
         def unlikely(found: Minimum[Experiment]) -> float:
