@@ -100,8 +100,8 @@ def table(found: Sequence[Promise]) -> Iterator[str]:
     yield str(wanted)
 
 
-def promises(seed: int, number: int) -> list[Promise]:
-    """The first suspects of each sensor of one recording."""
+def promises(seed: int, number: int, sensors: Sequence[str] = SENSORS) -> list[Promise]:
+    """The first suspects of each of these sensors of one recording."""
     rng = np.random.default_rng([seed, number])
     count = int(rng.choice((0, 1, 1, 2)))
     chosen = rng.choice(len(HIDDEN), count, replace=False)
@@ -114,7 +114,8 @@ def promises(seed: int, number: int) -> list[Promise]:
         simulate_recording(path, hidden=hidden, poses=poses, seed=own, magnetometer=magnetometer)
         readings = read_files([path])
     benches = Benches(fit_readings(readings), readings)
-    return [one for sensor in benches.sensors for one in _of_sensor(benches, sensor)]
+    wanted = [sensor for sensor in benches.sensors if sensor in sensors]
+    return [one for sensor in wanted for one in _of_sensor(benches, sensor)]
 
 
 def _of_sensor(benches: Benches, sensor: str) -> Iterator[Promise]:

@@ -118,6 +118,7 @@ def few_draws() -> Iterator[None]:
         patch.setattr(noise_draws, "DRAWS", 2)
         patch.setattr(noise_draws, "MAX_TRIALS", 1)
         patch.setattr(noise_draws, "SEARCHES", noise_draws.SEARCHES[-1:])
+        patch.setattr(noise_draws, "MIN_SIGMA_SHARE", 0.5)  # hardly more than the likeliest
         # of so few draws all explanations are weighed as soon as those that matter are found
         every = lambda effect, *_: effect._draws.every  # noqa: E731 (a method in one line)
         patch.setattr(noise_draws.EffectInDraws, "_likely", every)

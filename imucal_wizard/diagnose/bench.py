@@ -469,7 +469,7 @@ class Bench:
         found = self.fit.minimum
         if found is None or not len(found.system.away):
             return referee.now
-        return referee.hear(fit(self.measured, self.fit.terms, self.fit.base))
+        return referee.hear(refined_minimum(self.measured, self.fit.terms, self.fit.base))
 
     def _said(self, referee: Referee, added: Sequence[Candidate]) -> Testimony | None:
         """What the gyroscope says of the model with these effects; None where nothing."""
@@ -478,10 +478,10 @@ class Bench:
             return None
         terms = [Term(one.effect, one.variant) for one in added]
         try:
-            found = self._with_terms(terms)
+            found = self._with_terms(terms, referee)
         except DataError:
             return None
-        return None if found.reference is None else referee.hear(found)
+        return referee.hear(found)
 
     def plainest(self, families: Sequence[Terms]) -> Terms:
         """The plainest member of each family, by the order of the catalogue."""
@@ -663,13 +663,18 @@ class Bench:
             return report(with_term(Term(effect, variant)))
         begin = self.likeliest_variant(effect.name) if near is None else near
         if effect.sudden:
-            return self._with_terms((Term(effect, begin),))
+            referee = None if self.referee is None else self.referee()
+            return report(self._with_terms((Term(effect, begin),), referee))
         return most_likely_setting(with_term, Term(effect, begin), settings)
 
-    def _with_terms(self, added: Sequence[Term]) -> SensorFit:
+    def _with_terms(self, added: Sequence[Term], referee: Referee | None) -> Minimum[Experiment]:
         """The fit with more effects; a step takes place at its likeliest moment beside the others.
 
         That is settled by the rows, and by those of the gyroscope that rest on them.
+
+        Args:
+            added: the effects.
+            referee: the gyroscope, where it may judge.
         """
         step = next((one for one in added if one.effect.sudden and one.variant is not None), None)
         others = [one for one in added if one is not step]
@@ -678,14 +683,12 @@ class Bench:
             return refined_minimum(self.measured, (*self.fit.terms, *others, *at), self.fit.base)
 
         if step is None:
-            return report(with_step())
-        where, referee = self.measured.circumstances, self.referee and self.referee()
+            return with_step()
+        where = self.measured.circumstances
         moments = [one for one in step.effect.variants(where) if one is not None]
 
-        def unlikely(found: SensorFit) -> float:
-            if referee is None or found.reference is None:
-                return 0.0
-            return -2.0 * referee.log_evidence(found)
+        def unlikely(found: Minimum[Experiment]) -> float:
+            return 0.0 if referee is None else -2.0 * referee.log_evidence(found)
 
         looked = moments[0] if step.variant is None else step.variant
         begin = min(moments, key=lambda at: abs(at - looked))
@@ -708,11 +711,11 @@ class Bench:
 
     def _split(self, found: SensorFit) -> SensorFit:
         """The fit with what the gyroscope shows of what its own rows leave open of its effects."""
-        reference = found.reference
-        if reference is None or not reference.decided or self.referee is None:
+        reference, minimum = found.reference, found.minimum
+        if reference is None or not reference.decided or self.referee is None or minimum is None:
             return found
         referee = self.referee()
-        split = None if referee is None else referee.hear(found).split
+        split = None if referee is None else referee.hear(minimum).split
         if split is None:
             return found
         return report(refined_minimum(self.measured, found.terms, found.base, split=split))

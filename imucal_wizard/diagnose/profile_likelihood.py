@@ -52,8 +52,10 @@ def most_likely_setting(fit: Fit, term: Term, variants: Sequence[float | None]) 
     tried = _Tried(lambda at: fit(replace(term, variant=float(np.exp(at)))))
     settle(tried.unlikely, grid, float(np.log(term.variant or 1.0)))
     best = tried.best
-    spread, found = _spread(tried.unlikely, best), tried.reported(best)
-    return _with_doubt(found, tried.reported(best + ASIDE), ASIDE / spread) if spread else found
+    spread, found = _spread(tried.unlikely, best), report(tried.found(best))
+    if not spread:
+        return found
+    return _with_doubt(found, report(tried.found(best + ASIDE)), ASIDE / spread)
 
 
 def most_likely_moment(
@@ -61,8 +63,8 @@ def most_likely_moment(
     term: Term,
     moments: Sequence[float],
     times: Sequence[float],
-    reference: Callable[[SensorFit], float] | None = None,
-) -> SensorFit:
+    reference: Callable[[Minimum[Experiment]], float] | None = None,
+) -> Minimum[Experiment]:
     """The likeliest fit with a step.
 
     Args:
@@ -80,7 +82,7 @@ def most_likely_moment(
     after = min(int(np.searchsorted(times, moments[last])), len(times) - 1)
     # the golden section comes back to places, up to rounding
     _narrow(lambda at: tried.unlikely(round(at, 3)), times[before], times[after], 0.0)
-    return tried.reported(tried.best)
+    return tried.found(tried.best)
 
 
 class _Tried:
@@ -94,13 +96,12 @@ class _Tried:
     def __init__(
         self,
         fit: Callable[[float], Minimum[Experiment]],
-        reference: Callable[[SensorFit], float] | None = None,
+        reference: Callable[[Minimum[Experiment]], float] | None = None,
     ) -> None:
         self._fit, self._reference = fit, reference
         self._unlikely: dict[float, float] = {}
         self._problem: DataError | None = None
         self._found: dict[float, Minimum[Experiment]] = {}
-        self._reported: dict[float, SensorFit] = {}
 
     def unlikely(self, at: float) -> float:
         """See ``unlikeliness``; infinite where the fit does not converge."""
@@ -113,7 +114,7 @@ class _Tried:
             else:
                 self._unlikely[at] = unlikeliness(self._found[at])
                 if self._reference is not None:
-                    self._unlikely[at] += self._reference(self.reported(at))
+                    self._unlikely[at] += self._reference(self._found[at])
         return self._unlikely[at]
 
     @property
@@ -127,11 +128,9 @@ class _Tried:
             raise self._problem
         return min(self._found, key=lambda at: self._unlikely[at])
 
-    def reported(self, at: float) -> SensorFit:
-        """The fit with a setting that was tried, with all its figures."""
-        if at not in self._reported:
-            self._reported[at] = report(self._found[at])
-        return self._reported[at]
+    def found(self, at: float) -> Minimum[Experiment]:
+        """The fit with a setting that was tried."""
+        return self._found[at]
 
 
 def settle(

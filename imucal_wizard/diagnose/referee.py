@@ -39,7 +39,6 @@ from imucal_wizard.diagnose.residuals import Candidate, WhitenedResiduals
 from imucal_wizard.estimate.experiment import Experiment
 from imucal_wizard.estimate.fit import Minimum, split_by, under_reference
 from imucal_wizard.estimate.held_out import rms_held_out
-from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.split import SHOWN, Opened, Split
 from imucal_wizard.model.terms import Term
 
@@ -144,17 +143,18 @@ class Referee:
         self._effects = tuple(first.values())
         self.now = self._testimony(self._found)
 
-    def hear(self, accelerometer: SensorFit) -> Testimony:
+    def hear(self, accelerometer: Minimum[Experiment]) -> Testimony:
         """What the gyroscope says of a fit of the accelerometer by its own rows."""
-        return self._testimony(self._under(accelerometer), accelerometer.minimum)
+        return self._testimony(self._under(accelerometer), accelerometer)
 
-    def log_evidence(self, accelerometer: SensorFit) -> float:
+    def log_evidence(self, accelerometer: Minimum[Experiment]) -> float:
         """Logarithm of the marginal likelihood of its rows under a fit of the accelerometer."""
         every = self._by_scatter(self._under(accelerometer))
         return float(np.logaddexp.reduce([one.whole for one in every]))
 
-    def _under(self, accelerometer: SensorFit) -> Minimum[Experiment]:
-        experiment = self._found.experiment.under(accelerometer.reference, None)
+    def _under(self, accelerometer: Minimum[Experiment]) -> Minimum[Experiment]:
+        reference = accelerometer.experiment.reference(accelerometer)
+        experiment = self._found.experiment.under(reference, None)
         return under_reference(self._found, experiment)
 
     def _by_scatter(self, found: Minimum[Experiment]) -> "list[Scatter]":
@@ -270,11 +270,12 @@ def evidence_by_scatter(found: Minimum[Experiment], effects: Sequence[FloatArray
     places = [count + start + np.arange(q) for start, q in zip(first, sizes, strict=True)]
     cases = [(one, variance) for one in places for variance in variances.tolist()]
     total, unit = [], np.eye(count)
+    every_column = np.column_stack([doubts, residual, *effects])
     for sigma, prior in zip(SIGMAS, sigma_prior(), strict=True):
         scale = 1.0 / np.sqrt(np.where(moving, sigma**2, 1.0) * own)
         inner, triangle = np.linalg.qr(scale[:, None] * free)
         volume = np.log(np.abs(np.diag(triangle))).sum() - np.log(scale).sum()
-        white = scale[:, None] * np.column_stack([doubts, residual, *effects])
+        white = scale[:, None] * every_column
         white -= inner @ (inner.T @ white)
         products = white.T @ white
         lower = np.linalg.cholesky(unit + products[:count, :count])

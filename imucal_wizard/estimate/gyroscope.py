@@ -29,6 +29,7 @@ from imucal_wizard.estimate.rest_spectrum import RestSpectrum
 from imucal_wizard.estimate.result import GravityReference, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.rounded import noise_of_coarse_means, unseen_rounding
+from imucal_wizard.estimate.rounding_in_motion import RoundingInMotion
 from imucal_wizard.estimate.sampling_loss import SamplingLoss, borne_out, sampling_loss
 from imucal_wizard.estimate.slow_errors import Between, Fitted, SlowErrors
 from imucal_wizard.estimate.slow_noise import (
@@ -92,6 +93,7 @@ class GyroscopeExperiment(Movable):
         more: rows of other kinds.
         lost: what sampling loses of the rotations; None for what the spectrum of the rates allows.
         spectrum: of the readings at rest, where it is known.
+        rounded: what rounding does to these rotations, where it is known.
     """
 
     sensor, error_unit, frame, method = GYROSCOPE, "rad", "accelerometer", "vector"
@@ -110,6 +112,7 @@ class GyroscopeExperiment(Movable):
         more: Sequence[RowSource] = (),
         lost: SamplingLoss | None = None,
         spectrum: RestSpectrum | None = None,
+        rounded: RoundingInMotion | None = None,
     ) -> None:
         self.holds, self.rotations, self.gravity = tuple(holds), rotations, reference.gravity
         self.unit, self.nominal, self.free = unit, nominal, tuple(free)
@@ -126,7 +129,7 @@ class GyroscopeExperiment(Movable):
         )
         known = circumstances_of(holds, reference.up, reference.gravity, reference.gain, readings)
         self._resting = np.array([i for i, one in enumerate(holds) if has_rate(one)], np.int64)
-        self._rounded = rotations.rounding_in_motion(holds)
+        self._rounded = rotations.rounding_in_motion(holds) if rounded is None else rounded
         if lost is None:
             interval = median(rotations.samples.dt[rotations.samples.dt > 0.0])
             rounding = start.matrix**2 @ unseen_rounding(holds, rotations.step) * interval
@@ -385,7 +388,9 @@ class GyroscopeExperiment(Movable):
         known = reference.up, reference.doubt, reference.undetermined, reference.decided
         more = [source.under(*known) for source in self.sources[2:]]
         args = self.holds, self.rotations, reference, self.unit, self._start, self.nominal
-        return GyroscopeExperiment(*args, self.free, readings, more, self.lost)
+        return GyroscopeExperiment(
+            *args, self.free, readings, more, self.lost, rounded=self._rounded
+        )
 
     @property
     def by_noise_alone(self) -> "GyroscopeExperiment":

@@ -197,7 +197,9 @@ class Circumstances:
 
     def sensing(self, sensor: str, values: FloatArray) -> "Circumstances":
         """The same with other true inputs of a sensor, SI, shape (n, 3)."""
-        return replace(self, **{INPUT_OF[sensor]: values})  # type: ignore[arg-type] # one array
+        made = copy(self)  # what is completed in __post_init__ stays as it is
+        object.__setattr__(made, INPUT_OF[sensor], values)
+        return made
 
     def select(self, rows: Rows) -> "Circumstances":
         """These rows, with the reference of the whole."""

@@ -113,9 +113,9 @@ def columns_of(terms: Sequence[Term], sensor: str, c: Circumstances) -> FloatArr
     found = np.empty((sum(one.shape[2] for one in each), len(c), 3))
     first = 0
     for one in each:
-        found[first : first + one.shape[2]] = np.moveaxis(one, 2, 0)
+        found[first : first + one.shape[2]] = one.transpose(2, 0, 1)
         first += one.shape[2]
-    return np.moveaxis(found, 0, 2)
+    return found.transpose(1, 2, 0)
 
 
 def axis_columns_of(term: Term, sensor: str, c: Circumstances) -> FloatArray | None:

@@ -327,12 +327,9 @@ def twice() -> Series:
 @pytest.mark.parametrize(
     ("name", "size", "resting", "row", "part"),
     [
-        ("bias-step", 0.25, True, 22, 0.3),
         ("bias-step", 0.25, True, 25, 0.7),
         ("bias-step", 0.25, False, 36, 0.4),
-        ("bias-step", 0.25, False, 50, 0.6),
         ("scale-step", 1500.0, False, 50, 0.6),
-        ("scale-step", 1500.0, False, 36, 0.4),
     ],
 )
 def test_a_step_inside_a_rest_or_a_constant_rate_is_fitted_and_proven(

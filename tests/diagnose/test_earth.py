@@ -83,7 +83,7 @@ def test_a_gyroscope_in_coarse_steps_reads_the_earth_wrongly_and_that_is_no_effe
 def test_steps_of_many_times_the_noise_are_no_pattern(steps: float) -> None:
     """Rests that all read one number show no noise, and say nothing of that of the rotations."""
     coarse = replace(QUIET, rate=(0.03, 0.03, 0.03), step=0.03 * steps, earth=False)
-    said = [diagnosed(Session(coarse, seed)) for seed in range(9, 13)]
+    said = [diagnosed(Session(coarse, seed)) for seed in range(9, 11)]
     assert [one.verdict for one in said] == [Verdict.COMPLETE] * len(said)
 
 

@@ -134,9 +134,16 @@ def smooth_bump(force: FloatArray, width: float) -> FloatArray:
 
 
 @pytest.mark.study
-@pytest.mark.parametrize("height", [1.0, 4.0])
 @pytest.mark.parametrize(
-    ("bump", "width"), [(False, 0.06), (False, 0.15), (True, 0.2), (True, 0.4)]
+    ("bump", "width", "height"),
+    [
+        (False, 0.06, 1.0),
+        (False, 0.15, 1.0),
+        (True, 0.2, 1.0),
+        (True, 0.4, 1.0),
+        (False, 0.06, 4.0),
+        (True, 0.4, 4.0),
+    ],
 )
 def test_place_kind_and_width_of_a_change_are_right(
     bump: bool, width: float, height: float

@@ -9,7 +9,6 @@ from benchmarks.hidden.designs import PLANS
 from benchmarks.hidden.fitted import measured_of
 from benchmarks.hidden.noise import CONSUMER
 from benchmarks.hidden.recording import record
-from benchmarks.injected import injected
 from benchmarks.wrong_names import answered
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.hypotheses import PAIR, UNKNOWN
@@ -18,7 +17,6 @@ from imucal_wizard.diagnose.survey import add_by_itself
 from imucal_wizard.diagnose.verdict import Verdict, judge_misfit
 from imucal_wizard.simulate.hidden import parse_hidden
 from tests.diagnose.sessions import session
-from tests.shared_data import shared_data
 
 
 @pytest.mark.parametrize(
@@ -80,24 +78,3 @@ def test_an_effect_without_any_of_another_family_is_joined_with_none() -> None:
     hypotheses, posterior = explained(misfit)
     assert not any(one.kind == PAIR for one in hypotheses.single)
     assert judge_misfit(misfit, hypotheses, posterior).families == ()
-
-
-@pytest.mark.usefixtures("rough_sizes")  # the size hidden need not be known exactly
-@pytest.mark.parametrize(
-    ("key", "recording", "times", "seed"),
-    [
-        ("accelerometer/third-order", "MPU-9150, first", 5.0, 61),
-        ("accelerometer/warm-up", "MPU-9150, first", 2.0, 61),
-        ("gyroscope/bias-drift", "MPU-9150, second", 5.0, 61),
-        ("accelerometer/hysteresis", "MPU-9150, first", 3.0, 24212),
-    ],
-)
-def test_two_to_five_times_the_nameable_size_is_named_in_real_samples(
-    key: str, recording: str, times: float, seed: int
-) -> None:
-    """An effect far above the noise is not more than its name explains."""
-    shared_data("README.md")
-    found = injected(recording, key, times, seed, 0)
-    assert found is not None
-    assert found.outcome == "right"
-    assert found.after < 0.5 * found.before

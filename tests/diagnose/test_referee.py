@@ -1,7 +1,7 @@
 """Rotations decide between explanations that the magnitude of gravity cannot split."""
 
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagn
 from imucal_wizard.diagnose.verdict import Verdict, judge_misfit, unconfirmed
 from imucal_wizard.diagnose.verdict_text import verdict_text
 from imucal_wizard.estimate.experiment import Experiment
-from imucal_wizard.estimate.fit import Minimum, fit
+from imucal_wizard.estimate.fit import Minimum, refined_minimum
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.model.catalogue import effect
 from imucal_wizard.model.rows import gravity_closure
@@ -45,9 +45,15 @@ def dense(found: Minimum[Experiment], sigma: float, effect: FloatArray) -> float
     return float(-0.5 * (volume + residual @ left @ residual))
 
 
+@cache
+def asymmetric() -> Benches:
+    """Of an asymmetry that the rotations tell from a square; its models stay as they are."""
+    return Benches(*fitted("asymmetry:1.5:y", rotations=6))
+
+
 def test_the_evidence_is_the_likelihood_with_the_whole_covariance() -> None:
     """Sums over noise, effect and size of what the dense formula gives."""
-    bench = Benches(*fitted("asymmetry:1.5:y", rotations=6)).bench("gyroscope")
+    bench = asymmetric().bench("gyroscope")
     assert bench is not None
     assert bench.fit.minimum is not None
     found = bench.fit.minimum
@@ -97,8 +103,7 @@ def test_rotations_tell_an_asymmetry_from_a_square() -> None:
 
 def test_a_name_that_is_withdrawn_is_not_decided() -> None:
     """Nothing is named then that the closure could decide for."""
-    benches = Benches(*fitted("asymmetry:1.5:y", rotations=6))
-    said = diagnosis_of(benches, benches.accelerometer)
+    said = diagnosis_of(asymmetric(), asymmetric().accelerometer)
     assert said.findings is not None
     assert said.findings.opinion.decided == ("even-order",)
     opinion = unconfirmed(said.findings.opinion)
@@ -114,11 +119,11 @@ def test_the_evidence_does_not_depend_on_the_directions_in_which_closures_are_me
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Those across up of a face change with the least tilt of the reference."""
-    bench = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer
+    bench = asymmetric().accelerometer
     assert bench.referee is not None
     referee, across = bench.referee(), gravity_closure.across
     assert referee is not None
-    found = fit(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
+    found = refined_minimum(bench.measured, [Term(effect("asymmetry"))], bench.fit.base)
     before = referee.hear(found).log_evidence
     # a quarter turn about up
     monkeypatch.setattr(
@@ -179,7 +184,7 @@ def test_the_best_value_is_that_of_a_likelihood_without_its_prior() -> None:
 
 def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others() -> None:
     """The prior of aliases may leave the right one less than is listed."""
-    found, asked = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer.look(), []
+    found, asked = asymmetric().accelerometer.look(), []
 
     def hearing(explanations: tuple[tuple[str, ...], ...]) -> Hearing:
         asked.append(explanations)
@@ -197,7 +202,7 @@ def test_where_it_speaks_against_all_likely_explanations_it_is_asked_of_others()
 
 def test_rotations_that_lack_something_under_every_explanation_decide_nothing() -> None:
     """Closures that scatter by twice their noise do not tell aliases apart."""
-    found = Benches(*fitted("asymmetry:1.5:y", rotations=6)).accelerometer.look()
+    found = asymmetric().accelerometer.look()
 
     def hearing(explanations: tuple[tuple[str, ...], ...], scattered: float) -> Hearing:
         said = {one: Said(None, -50.0 * place, scattered) for place, one in enumerate(explanations)}

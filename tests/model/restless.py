@@ -20,3 +20,4 @@ def restless(monkeypatch: pytest.MonkeyPatch, effect: type[Effect]) -> None:
 
     monkeypatch.setattr(effect, "columns", columns)
     monkeypatch.setattr("imucal_wizard.estimate.fit.MAX_ITERATIONS", 8)  # others need four
+    monkeypatch.setattr("imucal_wizard.model.terms.MAX_PASSES", 8)  # others need six
