@@ -56,7 +56,9 @@ def verdict_text(diagnosis: Diagnosis) -> str:
     elif bench is not None and diagnosis.unlike_holds is not None:
         unlike = f"{capitalized(diagnosis.unlike_holds)}."
         left = f"In the holds alone the error is {beside_noise(bench)}."
-        return " ".join([*parts, unlike, left, "Find the cause, and record again."])
+        known = diagnosis.unlike_holds.kind is NoticeKind.SETTLING
+        again = "Record again." if known else "Find the cause, and record again."
+        return " ".join([*parts, unlike, left, again])
     elif bench is not None:
         if diagnosis.verdict not in (Verdict.AMBIGUOUS, Verdict.MISSING):
             for one in diagnosis.found:
