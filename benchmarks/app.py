@@ -107,7 +107,7 @@ def _told(screen: pyte.Screen) -> tuple[int, int]:
     """
     text = "\n".join(screen.display)
     reading = re.search(r"(\d+\.\d) Hz, (\d+) lost", text)
-    poses = re.search(r"(\d) of 6 done", text)
+    poses = re.search(r"(\d) of 6 poses taken", text)
     if not (reading and poses) or abs(float(reading[1]) / RATE - 1.0) > 0.01:
         raise SystemExit(f"the program does not read {RATE:,.0f} samples/s; it shows:\n{text}")
     return int(reading[2]), int(poses[1])

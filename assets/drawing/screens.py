@@ -81,15 +81,16 @@ def bench(folder: Path) -> Iterator[tuple[str, Terminal]]:
 
 
 def _on_the_way(text: str) -> bool:
-    """Some poses are done, and it moves to the next one."""
-    done = re.search(r" (\d+) of 18 done", text)
+    """Some poses are taken, and it moves to the next one."""
+    done = re.search(r" (\d+) of 18 poses taken", text)
     moving = re.search(r"STILL\?\s+no", text) is not None and "away" in text
     return done is not None and 8 <= int(done[1]) <= 15 and moving
 
 
 def _amid_a_turn(text: str) -> bool:
-    """Some rotations are done, and one has come far."""
-    done, angle = re.search(r"done +([2-5]) of 6", text), re.search(r"so far\s+[+−]?(\d+)°", text)
+    """Some rotations are taken, and one has come far."""
+    done = re.search(r"about [xyz] ([2-5]) of 6", text)
+    angle = re.search(r"so far\s+[+−]?(\d+)°", text)
     return done is not None and angle is not None and int(angle[1]) > 30
 
 

@@ -141,7 +141,7 @@ class Shown:
         names = [TITLES[kind].upper() for kind in _STEPS]
         names[names.index("POSES")] = "18 POSES"
         step = next((place for place, name in enumerate(names) if f"▸{name}" in text), -1)
-        count = re.search(r"(\d+) of \d+ done", text)
+        count = re.search(r"(\d+) of \d+ (?:poses|rotations) taken", text)
         notice = re.search(r"^ [✓↶] (.+?(?:taken|taken back)[^.]*\.)", text, re.MULTILINE)
         done = int(count[1]) if count else 0
         return cls(step, done, notice[1].strip() if notice else "")

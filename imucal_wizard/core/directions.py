@@ -57,3 +57,18 @@ def even_directions(count: int) -> FloatArray:
     z, turn = 1.0 - 2.0 * (index / step % 1.0), 2.0 * np.pi * index / step**2
     ring = np.sqrt(1.0 - z * z)
     return np.column_stack([ring * np.cos(turn), ring * np.sin(turn), z])
+
+
+def farthest_from(up: FloatArray) -> tuple[FloatArray, float]:
+    """The direction in the middle of the largest gap between directions.
+
+    Args:
+        up: unit vectors, shape (n, 3).
+
+    Returns:
+        The direction, a unit vector, to about 5°; its angle to the nearest of ``up``, rad.
+    """
+    everywhere = even_directions(1000)
+    nearest = (everywhere @ up.T).max(axis=1)
+    place = int(nearest.argmin())
+    return everywhere[place], float(np.arccos(np.clip(nearest[place], -1.0, 1.0)))

@@ -5,11 +5,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from imucal_wizard.core.directions import unit_vectors
+from imucal_wizard.core.directions import farthest_from, unit_vectors
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
-from imucal_wizard.core.limits.use import IMPLAUSIBLE_SCALE
+from imucal_wizard.core.limits.use import FAR_FROM_POSES_DEG, IMPLAUSIBLE_SCALE
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
-from imucal_wizard.core.poses import AXES
+from imucal_wizard.core.poses import AXES, DIRECTIONS, nearest_pose, pose_in_words
 from imucal_wizard.core.quantities import listed, number, quantity, times_in_words
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median, root_mean_square
@@ -96,6 +96,25 @@ def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
         "in each pose"
     )
     return [Notice(text, NoticeKind.SETTLING, "accelerometer")]
+
+
+def uncovered_directions(up: FloatArray) -> list[str]:
+    """That no hold comes near some directions, in which the data do not show the error.
+
+    Args:
+        up: of all holds, unit vectors, shape (n, 3).
+    """
+    middle, angle = farthest_from(up)
+    if angle <= np.radians(FAR_FROM_POSES_DEG):
+        return []
+    name = nearest_pose(middle, DIRECTIONS, 180.0)
+    assert name is not None  # noqa: S101 (narrows the type: every direction is within 180°)
+    apart = np.degrees(np.arccos(np.clip((up @ DIRECTIONS[name]).max(), -1.0, 1.0)))
+    text = (
+        f"no hold comes near {pose_in_words(name)}: the nearest is {apart:.0f}° away, so these "
+        "data do not show the error there. Measure poses around it, too"
+    )
+    return [text]
 
 
 MISTAKEN_UNITS = (

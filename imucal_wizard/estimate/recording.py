@@ -31,6 +31,7 @@ from imucal_wizard.estimate.fit_warnings import (
     gyroscope_warnings,
     rotation_warnings,
     said_better,
+    uncovered_directions,
 )
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyroscope
 from imucal_wizard.estimate.hold_search import find_holds
@@ -458,12 +459,14 @@ def fit_holds(
         pose = f" ({hold.pose})" if hold.pose else ""
         place = f"the hold from {hold.start:.1f} to {hold.end:.1f} s{pose}"
         odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
+    up = accelerometer.reference.up
     if validation:
         means = np.array([hold.accelerometer for hold in validation])
         means = (means - accelerometer.bias) @ accelerometer.matrix.T
         accelerometer = with_new_holds(accelerometer, means, options.gravity)
+        up = np.concatenate([up, unit_vectors(means)])
     sensors = {"accelerometer": accelerometer}
-    notes = [*warnings, *accelerometer_warnings(accelerometer, named)]
+    notes = [*warnings, *accelerometer_warnings(accelerometer, named), *uncovered_directions(up)]
     gyroscope: GyroscopeReport | None = None
     if "gyroscope" in units:
         args = named, rotations, accelerometer, units["gyroscope"], options.gyroscope_method

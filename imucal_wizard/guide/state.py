@@ -164,6 +164,7 @@ class RotationStatus:
         unit: ``°/s``, or ``count`` while the scale of a gyroscope's counts is not known.
         scaled_by: rotations about this axis from which the scale of its counts was found; 0 if the
             readings have a unit.
+        least: smallest angle that counts, degrees.
     """
 
     axis: str
@@ -182,6 +183,7 @@ class RotationStatus:
     clips: bool = False
     unit: str = "°/s"
     scaled_by: int = 0
+    least: float = 20.0
 
     @property
     def asked(self) -> str:

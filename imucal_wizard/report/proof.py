@@ -37,8 +37,9 @@ ERROR_UNITS = {"accelerometer": "m/s^2", "gyroscope": "rad"}
 SAME_FIGURE = 1e-6
 """Relative difference up to which two figures are the same: they are written with all digits."""
 SAME_ERROR = 0.05
-"""The same of an error and the one that the readings in the file give: usually 0.3 % at most, since
-a rotation is kept as increments."""
+"""The same of an error and the one that the readings in the file give: usually 0.02 % at most,
+since a rotation is kept as increments; 0.5 % for older files, whose increments miss up to
+0.0005°."""
 SAME_ANGLE = 1e-4
 """What these increments may change in the error of a gyroscope besides, rad: 0.003° where the
 effects of force are large."""

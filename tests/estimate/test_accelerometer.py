@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.poses import FACES, NAMED, POSE_SETS
 from imucal_wizard.core.readings import FloatArray
-from imucal_wizard.estimate.fit_warnings import accelerometer_warnings
+from imucal_wizard.estimate.fit_warnings import accelerometer_warnings, uncovered_directions
 from imucal_wizard.estimate.magnitude import make_problem, sphere
 from imucal_wizard.estimate.methods.six_position import six_position
-from imucal_wizard.estimate.recording import fit_accelerometer
+from imucal_wizard.estimate.recording import FitOptions, fit_accelerometer, fit_holds
 from imucal_wizard.estimate.result import SensorFit
+from imucal_wizard.measurement.holds import Hold
 from tests.estimate.truth import (
     EIGHTEEN,
     SIX,
@@ -216,3 +218,33 @@ def test_directions_of_the_result_are_the_true_ones() -> None:
     result = fit_accelerometer(holds_of(typical_accelerometer(), up), GRAVITY, "m/s^2")
     assert result.reference is not None
     assert np.abs(result.reference.up - up).max() < 1e-11
+
+
+@pytest.mark.parametrize("plan", [*POSE_SETS.values(), tuple(FACES)])
+def test_poses_all_around_leave_no_direction_uncovered(plan: tuple[str, ...]) -> None:
+    """All plans of the wizard, and six faces, by a careless hand."""
+    up = np.array([NAMED[name] for name in plan])
+    rng = np.random.default_rng(3)
+    assert not any(uncovered_directions(tilted(up, 8.0, rng)) for _ in range(20))
+
+
+def test_a_hemisphere_without_poses_is_named() -> None:
+    """By the pose in the middle of it, and how far the nearest hold is from that."""
+    (said,) = uncovered_directions(TWENTY_SIX[TWENTY_SIX[:, 2] > 0.1])
+    assert said.startswith("no hold comes near the −z face on top: the nearest is 125° away")
+    (said,) = uncovered_directions(np.delete(SIX, 0, axis=0))
+    assert "the +x face on top: the nearest is 90° away" in said
+
+
+def test_the_fit_warns_of_uncovered_directions_until_validation_covers_them() -> None:
+    """Poses of a validation show the error there, too."""
+    holds = holds_of(typical_accelerometer(), TWENTY_SIX)
+    above = [one for one, up in zip(holds, TWENTY_SIX, strict=True) if up[2] > -0.1]
+
+    def warned(validation: list[Hold]) -> bool:
+        rates, units = {"accelerometer": 100.0}, {"accelerometer": "m/s^2"}
+        report = fit_holds(above, [], rates, units, FitOptions(), validation, ())
+        return any("−z face" in one for one in report.warnings)
+
+    assert warned([])
+    assert not warned([holds[5]])

@@ -51,6 +51,16 @@ def test_increments_give_the_attitude_of_the_samples_for_any_calibration() -> No
         assert len(kept.edges) < 0.5 * len(one.time)
 
 
+def test_increments_leave_the_error_of_the_samples() -> None:
+    """The errors that an export states are then those of the fit."""
+    report, _ = fitted(rotations=6)
+    stated = report.sensors["gyroscope"].rms_fitted
+    made = from_report(report, "a test", "2026-01-01")
+    assert Proof(made).errors(own(made), frame=False)["gyroscope"] == pytest.approx(
+        stated, rel=5e-4
+    )
+
+
 @pytest.mark.parametrize("degrees", [0.0, 180.0])
 def test_few_samples_of_no_turn_or_half_a_turn_are_kept_in_an_interval(degrees: float) -> None:
     """The sine of either angle is zero, which is no sign that nothing is missing."""

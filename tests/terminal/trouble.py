@@ -24,7 +24,7 @@ def a_trembling_hand(binary: str, folder: Path) -> None:
         terminal.press("t")
         terminal.wait_for("+X taken, 2 of 6")
         terminal.press("u")
-        terminal.wait_for("1 of 6 done")
+        terminal.wait_for("1 of 6 poses taken")
         _offered(terminal)
         terminal.press("l")
         terminal.wait_for("limits ×2")
@@ -50,10 +50,10 @@ def _offered(terminal: Terminal) -> None:
 
 def _commands(terminal: Terminal) -> None:
     terminal.press(" ")
-    terminal.wait_for("2 of 6 done")
+    terminal.wait_for("2 of 6 poses taken")
     terminal.press("u")
     terminal.wait_for("was taken back")
-    terminal.wait_for("1 of 6 done")
+    terminal.wait_for("1 of 6 poses taken")
     terminal.press("r")
     terminal.wait_for("+X taken, 1 of 6")  # where it lies, it is measured anew
     terminal.press("s")

@@ -52,7 +52,7 @@ async def test_help_is_there_above_a_question_too_and_goes_with_its_step() -> No
         await pilot.press("question_mark")
         await shows(pilot, "help: poses", "Hold the device as it is drawn")
         source.say(fakes.rotations_status())
-        await shows(pilot, "▸ROTATIONS", "done    3 of 6")
+        await shows(pilot, "▸ROTATIONS", "about x 3 of 6 taken")
         assert "fewer directions" not in seen(pilot)
         assert "Hold the device as it is drawn" not in seen(pilot)
 

@@ -56,7 +56,9 @@ async def test_one_key_asks_for_the_poses_listed_and_the_bench_opens_again_with_
                 guidance="23° away", wanted=wanted.pose, wanted_up=wanted.up, progress=(0, 1),
             )
         )  # fmt: skip
-        await shows(pilot, "for the bench: 0 of 1 done", "23° away", wanted.words[:30])
+        await shows(
+            pilot, "for the bench: 0 of 1 measurements taken", "23° away", wanted.words[:30]
+        )
         source.say(RESULT)
         await shows(pilot, "BENCH  accelerometer", "model is complete")
         await pilot.press("2")
@@ -81,7 +83,7 @@ async def test_the_bench_opens_again_on_the_sensor_it_was_left_with(sagging: Fit
 async def test_what_the_bench_asks_for_can_be_left_at_any_time(bent: FitReport) -> None:
     source = fakes.FakeSource(Status(step=StepKind.MORE, progress=(1, 4)))
     async with WizardApp(fitting(source, bent), None, VIRTUAL).run_test(size=USUAL) as pilot:
-        await shows(pilot, "for the bench: 1 of 4 done")
+        await shows(pilot, "for the bench: 1 of 4 measurements taken")
         await pilot.press("s")
         await until(pilot, lambda: source.commands[-1:] == [("skip", "")])
 

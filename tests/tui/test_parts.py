@@ -197,6 +197,22 @@ def test_a_rotation_without_samples_has_no_angle_and_no_rate(act: Act) -> None:
     assert "0 of 6" in shown[2]
 
 
+def test_a_rotation_says_which_angles_count_and_praises_nothing_before_it_moves() -> None:
+    def rows(angle: float, fastest: float) -> list[str]:
+        status = RotationStatus("x", "+z", angle, 0.0, fastest, range_limit=250.0)
+        shown = ["".join(text for text, _ in row) for row in rotation_rows(status, 80)]
+        assert max(map(len, shown)) <= 80
+        return shown
+
+    rest, half, circle = rows(0.0, 0.0), rows(-170.0, 90.0), rows(450.0, 90.0)
+    assert rest[0].endswith(" 20° to 3 circles count")
+    assert "within range" not in rest[1]
+    assert "within range" in half[1]
+    assert "▕█" in half[0]
+    assert "█»▏" in circle[0]
+    assert "«" in rows(-340.0, 90.0)[0]
+
+
 def test_a_counted_axis_ends_in_whole_numbers() -> None:
     counted = scatter(np.arange(1.0, 41.0), np.ones(40), 40, 8)
     assert counted[-1].split() == ["1", "40"]

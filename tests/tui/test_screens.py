@@ -24,7 +24,7 @@ async def test_a_pose_is_told_with_words_drawing_reason_progress_and_list(
     async with app.run_test(size=size) as pilot:
         text = await shows(
             pilot,
-            "7 of 18 done",
+            "7 of 18 poses taken",
             "the edge between the +x and −y faces on top",
             "23° away: tip it ",
             "z turns at 2.9 °/s, limit 0.8",
@@ -75,7 +75,8 @@ async def test_settle_counts_the_seconds_measured(size: tuple[int, int]) -> None
 async def test_a_rotation_shows_angle_rate_range_and_what_is_wanted(size: tuple[int, int]) -> None:
     async with app_with(fakes.FakeSource(fakes.rotations_status())).run_test(size=size) as pilot:
         await shows(
-            pilot, "+87°", "104 °/s, fastest 131, range 250", "good", "3 of 6", "+92° −78° +140°",
+            pilot, "+87°", "104 °/s, fastest 131, range 250", "within range",
+            "3 of 18 rotations taken", "about x 3 of 6 taken", "+92° −78° +140°",
             "both senses ✓", "three speeds ✗", ", 120°, slow", "do this",
         )  # fmt: skip
 
@@ -85,7 +86,7 @@ async def test_a_range_that_is_not_known_is_taken_as_the_smallest_usual_one() ->
     assert status.rotation is not None
     source = fakes.FakeSource(replace(status, rotation=replace(status.rotation, range_known=False)))
     async with app_with(source).run_test(size=USUAL) as pilot:
-        await shows(pilot, "fastest 131, range 250 (usual)", "good")
+        await shows(pilot, "fastest 131, range 250 (usual)", "within range")
         fast = replace(status.rotation, range_known=False, fastest=240.0, clips=True)
         source.say(replace(status, rotation=fast))
         await shows(pilot, "▲ may clip")
@@ -97,7 +98,7 @@ async def test_a_terminal_that_is_too_small_says_so_and_recovers_when_it_grows()
         text = await shows(pilot, "60×20", "80×24")
         assert "of 18" not in text
         await pilot.resize_terminal(*USUAL)
-        await shows(pilot, "7 of 18 done", "+x−y ◎", "q quit")
+        await shows(pilot, "7 of 18 poses taken", "+x−y ◎", "q quit")
 
 
 async def test_a_problem_comes_before_the_ways_out_and_these_before_the_last_event() -> None:

@@ -94,7 +94,7 @@ USUAL_RANGE = 250.0
 NEAR_RANGE_SHARE = 0.9
 """Share of the full scale above which a rotation is close to clipping."""
 FULL_ANGLE_DEG = 170.0
-"""Angle at which the gauge of a rotation is full."""
+"""Angle at which the gauge of a rotation is full: a larger one needs a second grip."""
 
 # A rotation seen by the accelerometer alone
 MAX_PATH_TILT_DEG = 35.0

@@ -13,5 +13,8 @@ USUAL_GRADE = "consumer"
 IMPLAUSIBLE_SCALE = 0.2
 """Logarithm of a scale (18 % too small or 22 % too large) that no sensor has: its unit, range or
 sampling rate is wrong, or its fit. No accelerometer has a bias of this share of 1 g."""
+FAR_FROM_POSES_DEG = 75.0
+"""A direction farther than this from every hold is not covered. Six faces leave at most 55°, and
+75° if each face is up to 20° off."""
 USUAL_ROTATION_SECONDS = 10.0 / 3.0
 """A rotation by 100° and back at 60 °/s: an error of the rate of 0.3 °/s then sums up to 1°."""

@@ -4,8 +4,10 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from imucal_wizard.core.directions import farthest_from
 from imucal_wizard.core.errors import DataError
-from imucal_wizard.core.quantities import plural, quantity, unit_sign
+from imucal_wizard.core.poses import DIRECTIONS, nearest_pose
+from imucal_wizard.core.quantities import plural, quantity, true_minus, unit_sign
 from imucal_wizard.core.readings import BoolArray, FloatArray, IntArray, Readings, Series, distinct
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, root_mean_square
@@ -341,9 +343,11 @@ def _warnings(found: MagnetometerFit) -> list[str]:
     off = float(np.linalg.norm(centres()[covered].mean(axis=0)))
     seen = int(covered.sum())
     if not found.start.model.reason and seen < ENOUGH_COVERED and off > OFF_CENTRE:
+        side = nearest_pose(farthest_from(centres()[covered])[0], DIRECTIONS, 180.0) or ""
         notes.append(
-            f"{seen} of {BINS} directions are covered and one side is empty: the error there is "
-            "extrapolated. Turn the device to the faces that are missing"
+            f"{seen} of {BINS} directions are covered and one side is empty, that of "
+            f"{true_minus(side)}: the error there is extrapolated. Turn the device to the faces "
+            "that are missing"
         )
     noise, size_of_field = found.noise, found.magnitude
     if noise > NOISY_FIELD * size_of_field:

@@ -407,7 +407,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="any angle and speed will do; these help most",
+            detail="these help most; other ones count, too",
         )
 
     def _rotation(self) -> RotationStatus:
@@ -439,4 +439,5 @@ class RotationsStage:
             clips=limit is not None and self._fastest >= NEAR_RANGE_SHARE * limit,
             unit=unit,
             scaled_by=scaled_by,
+            least=self._step.minimum_deg,
         )

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from imucal_wizard.core.limits.procedure import FULL_ANGLE_DEG, SPEEDS_WANTED
+from imucal_wizard.core.limits.procedure import FULL_ANGLE_DEG, MAX_CIRCLES, SPEEDS_WANTED
 from imucal_wizard.core.quantities import decimals, fixed, number, plural, true_minus, unit_sign
 from imucal_wizard.guide.kinds import Act, EventKind
 from imucal_wizard.guide.state import (
@@ -231,7 +231,7 @@ def _start(axis: str, done: Sequence[str], wanted: str | None, start: AxisStart 
 
 
 def rotation_rows(rotation: RotationStatus, width: int, act: Act = Act.ROTATE) -> list[Line]:
-    """Angle, rate and range, rotations done, rotations needed: four rows.
+    """Angle, rate and range, rotations taken about the axis, what they lack: four rows.
 
     Where no samples arrive, angle and rate are not known.
     """
@@ -242,15 +242,19 @@ def rotation_rows(rotation: RotationStatus, width: int, act: Act = Act.ROTATE) -
 
 
 def _angle(rotation: RotationStatus, width: int) -> Line:
-    half = max(8, min(30, (width - 40) // 2))
+    half = max(8, min(30, (width - 44) // 2))
     filled = min(half, round(abs(rotation.angle) / FULL_ANGLE_DEG * half))
-    left = "·" * (half - filled) + "█" * filled if rotation.angle < 0 else "·" * half
-    right = "█" * filled + "·" * (half - filled) if rotation.angle > 0 else "·" * half
+    beyond = abs(rotation.angle) > FULL_ANGLE_DEG
+    left = right = "·" * half
+    if rotation.angle < 0:
+        left = "«" + "█" * (half - 1) if beyond else "·" * (half - filled) + "█" * filled
+    elif rotation.angle > 0:
+        right = "█" * (half - 1) + "»" if beyond else "█" * filled + "·" * (half - filled)
     return (
         (" so far  ", "quiet"),
         (f"{signed_angle(rotation.angle):>5}  ", "strong"),
         (f"▕{left}┃{right}▏", ""),
-        (f" any angle to ±{FULL_ANGLE_DEG:.0f}°", "quiet"),
+        (f" {rotation.least:.0f}° to {MAX_CIRCLES} circles count", "quiet"),
     )
 
 
@@ -265,7 +269,9 @@ def _rate(rotation: RotationStatus) -> Line:
         return (" rate    ", "quiet"), (words, ""), (f"   {source}", "quiet")
     share = rotation.fastest / limit
     fast = "▲ too fast: it would clip" if rotation.range_known else "▲ may clip"
-    verdict: Span = ("good", "good") if not rotation.clips else (fast, "warn")
+    verdict: Span = ("within range", "good") if not rotation.clips else (fast, "warn")
+    if round(rotation.fastest) == 0:
+        verdict = ("", "")
     usual = "" if rotation.range_known else " (usual)"
     return (
         (" rate    ", "quiet"),
@@ -281,7 +287,7 @@ def _whole(value: float) -> str:
 
 def _done(rotation: RotationStatus) -> Line:
     angles = " ".join(signed_angle(angle) for angle in rotation.done[-8:])
-    head = f" done    {len(rotation.done)} of {rotation.wanted}  "
+    head = f" about {rotation.axis} {len(rotation.done)} of {rotation.wanted} taken  "
     return (head, "quiet"), (angles, "strong")
 
 

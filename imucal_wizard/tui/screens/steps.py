@@ -93,6 +93,8 @@ class StepScreen(LiveScreen):
     ]  # fmt: skip
 
     wanted_title: ClassVar[str] = "wanted"
+    counted: ClassVar[str] = "poses"
+    """What the progress of the step counts."""
 
     def body(self) -> ComposeResult:
         """Instruction, text and drawings, notice, the step's own rows, traces, stream."""
@@ -217,9 +219,9 @@ class StepScreen(LiveScreen):
         )
 
     def progress_words(self, status: Status) -> str:
-        """How much of the step is done."""
+        """How much of the step is taken."""
         done, wanted = status.progress
-        return f"{done:.0f} of {wanted:.0f} done"
+        return f"{done:.0f} of {wanted:.0f} {self.counted} taken"
 
     def say_rows(self, status: Status, width: int) -> list[Line]:
         """Progress, the way, the instruction in words, and its reason.
@@ -301,6 +303,7 @@ class RotationScreen(StepScreen):
 
     step = StepKind.ROTATIONS
     wanted_title: ClassVar[str] = "do this"
+    counted: ClassVar[str] = "rotations"
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:  # noqa: ARG002 (always four rows)
         """Angle, rate, done and wanted."""
@@ -319,6 +322,7 @@ class MoreScreen(StepScreen):
         Binding("r", "order('repeat')", "repeat all", tooltip="measures all of them again"),
     ]  # fmt: skip
     step = StepKind.MORE
+    counted: ClassVar[str] = "measurements"
 
     def own_rows(self, status: Status, width: int, height: int) -> list[Line]:
         """The requested poses, or the present rotation."""
@@ -329,7 +333,7 @@ class MoreScreen(StepScreen):
         )
 
     def progress_words(self, status: Status) -> str:
-        """How many of the requests are done."""
+        """How many of the requests are measured."""
         return f"for the bench: {super().progress_words(status)}"
 
 
