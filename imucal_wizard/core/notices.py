@@ -46,6 +46,8 @@ class NoticeKind(Enum):
     """Something near the device changes the field at present."""
     CHANGED = auto()
     """The field is another one than before, for good."""
+    FIELD_TURNED = auto()
+    """The field turned about the vertical during the session."""
     SILENT = auto()
     """The sensor sends nothing."""
     NOT_TURNED = auto()

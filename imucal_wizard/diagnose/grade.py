@@ -148,6 +148,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         )
     if diagnosis.warned(NoticeKind.AXES):
         return "its axes do not match the accelerometer's"
+    if diagnosis.warned(NoticeKind.FIELD_TURNED):
+        return "the field turned about the vertical during the session"
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
     if diagnosis.by_method and diagnosis.bench is not None:
         best = diagnosis.bench.fit
