@@ -32,6 +32,8 @@ class NoticeKind(Enum):
     """The fit shows a bias that no sensor has."""
     AXES = auto()
     """The axes of two sensors do not match."""
+    CLOCKS = auto()
+    """The clocks of two sensors run at different rates."""
     STEPS_OF_SAMPLES = auto()
     """The samples come in coarse steps."""
     STEPS_OF_HOLDS = auto()

@@ -137,6 +137,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return _REASONS[diagnosis.verdict]
     if fit.unit == "rad/s":
         return "its error is that of rates at rest, which show no scale"
+    if diagnosis.warned(NoticeKind.CLOCKS):
+        return "its clock runs at another rate than the accelerometer's"
     known = fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT
     scale = impossible_scale(fit.matrix) if known else None
     if scale is not None:
