@@ -34,6 +34,8 @@ class NoticeKind(Enum):
     """The fit shows a bias that no sensor has."""
     AXES = auto()
     """The axes of two sensors do not match."""
+    CLOCKS = auto()
+    """The clocks of two sensors run at different rates."""
     STEPS_OF_SAMPLES = auto()
     """The samples come in coarse steps."""
     STEPS_OF_HOLDS = auto()
@@ -48,6 +50,8 @@ class NoticeKind(Enum):
     """Something near the device changes the field at present."""
     CHANGED = auto()
     """The field is another one than before, for good."""
+    FIELD_TURNED = auto()
+    """The field turned about the vertical during the session."""
     SILENT = auto()
     """The sensor sends nothing."""
     NOT_TURNED = auto()

@@ -143,6 +143,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return _REASONS[diagnosis.verdict]
     if fit.unit == "rad/s":
         return "its error is that of rates at rest, which show no scale"
+    if diagnosis.warned(NoticeKind.CLOCKS):
+        return "its clock runs at another rate than the accelerometer's"
     known = fit.unit in ("m/s^2", "rad") and fit.bias_unit != COUNT
     scale = impossible_scale(fit.matrix) if known else None
     if scale is not None:
@@ -154,6 +156,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         )
     if diagnosis.warned(NoticeKind.AXES):
         return "its axes do not match the accelerometer's"
+    if diagnosis.warned(NoticeKind.FIELD_TURNED):
+        return "the field turned about the vertical during the session"
     error = fit.rms_fitted if fit.rms_held_out is None else fit.rms_held_out
     if diagnosis.by_method and diagnosis.bench is not None:
         best = diagnosis.bench.fit

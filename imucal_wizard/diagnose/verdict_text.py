@@ -29,6 +29,9 @@ from imucal_wizard.diagnose.reservation_text import (
 )
 from imucal_wizard.diagnose.unexplained_text import not_repeatable_text, unexplained_text
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
+from imucal_wizard.estimate.second_stage.alignment import FAR_OFF
+from imucal_wizard.model.rows.field_closure import FieldClosure
+from imucal_wizard.model.rows.table import ResidualTable
 
 LISTED_EXPLANATIONS = 4
 FAMILIES = {
@@ -77,7 +80,7 @@ def verdict_text(diagnosis: Diagnosis) -> str:
             Verdict.WAITING: _waiting,
         }[diagnosis.verdict]
         parts += sentences_of(diagnosis, bench)
-        parts += _closures(diagnosis)
+        parts += _closures(diagnosis) + diagnosis.warned(NoticeKind.FIELD_TURNED)
     if bench is not None:
         parts += curves_of_model_text(bench)
         parts += reservation_text(diagnosis, bench)
@@ -244,11 +247,28 @@ def _disturbed_beside(diagnosis: Diagnosis) -> list[str]:
     return [f"{also}: measure {them} again; nothing has been deleted."]
 
 
+def only_headings_differ(table: ResidualTable, items: Sequence[int]) -> bool:
+    """Whether gravity closes these rotations, so that the field alone disagrees.
+
+    Args:
+        table: the rows.
+        items: the rotations, see ``ResidualTable.item``.
+    """
+    rows = np.isin(table.item, items)
+    far = np.abs(table.residual) > FAR_OFF * table.sigma
+    field = rows & (table.kind == FieldClosure.kind)
+    return bool(field.any() and table.moving[rows].all() and not far[rows & ~field].any())
+
+
 def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:
-    del bench
     places = _disturbed_places(diagnosis)
     verb, them = ("explain", "them") if len(places) > 1 else ("explains", "it")
     what = "the device moved, or the sensor changed"
+    if only_headings_differ(bench.rows, diagnosis.opinion.holds):
+        what = (
+            f"gravity closes {them} and the field does not, so that the field turned about the "
+            f"vertical meanwhile, or the gyroscope read {them} wrongly"
+        )
     advice = f"Measure {them} again; nothing has been deleted."
     if spans := spans_to_leave_out(diagnosis):
         said = listed([f"{start:.1f} to {end:.1f} s" for start, end in spans])

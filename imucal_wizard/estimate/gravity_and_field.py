@@ -4,7 +4,7 @@ Rotations about the vertical, which the fit by gravity leaves out, count here.
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import cast
 
@@ -32,6 +32,11 @@ from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rotation_set import RotationSet
 from imucal_wizard.estimate.second_stage.alignment import leaning
 from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offset
+from imucal_wizard.estimate.second_stage.field_changes import (
+    FieldChange,
+    field_angles,
+    where_field_turned,
+)
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
 from imucal_wizard.estimate.second_stage.heading import up_in
 from imucal_wizard.estimate.split import principal_steps
@@ -242,16 +247,60 @@ def with_gyroscope(
         moved = _field_moved(stage, found, readings, unit_vectors(field))
         of_field = np.zeros((len(holds), *moved.shape[1:]))
         of_field[places] = moved
-        source = _heading_rows(known_fit, rotations, turns, known, doubts, of_field)
-        both = known_fit.with_rows(rotations, [source], tuple(range(12)))
-        free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
-        better = fit(known_fit.with_rows(rotations, [source], free))
+        source, better, changes = _without_changes(
+            known_fit,
+            rotations,
+            turns,
+            lambda some: _heading_rows(known_fit, rotations, some, known, doubts, of_field),
+        )
     except DataError as error:
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
-    stage = replace(stage, added=added)
+    stage = replace(stage, added=added, changes=changes)
     note = _why_gravity_alone(fit_before, better, added, found)
     return (replace(stage, notes=(*stage.notes, note)), fit_before) if note else (stage, better)
+
+
+def _without_changes(
+    known: GyroscopeExperiment,
+    rotations: RotationSet,
+    turns: Sequence[Segment],
+    rows_of: Callable[[Sequence[Segment]], FieldClosure],
+) -> tuple[FieldClosure, SensorFit, tuple[FieldChange, ...]]:
+    """The fit to both references without the headings between which the field turned.
+
+    Args:
+        known: the fit to gravity.
+        rotations: all of them.
+        turns: those with the field known at both ends.
+        rows_of: the rows of some of these.
+
+    Returns:
+        The rows that were used, the fit, and where the field turned.
+    """
+    every, none = rows_of(turns), Terms("gyroscope", ())
+    turned = np.zeros(len(turns), bool)
+    while True:
+        some = [turn for turn, out in zip(turns, turned, strict=True) if not out]
+        source = rows_of(some) if turned.any() else every
+        both = known.with_rows(rotations, [source], tuple(range(12)))
+        free = determined_entries(minimum(both), both.nominal, tuple(range(12)))
+        better = fit(known.with_rows(rotations, [source], free))
+        rows = every.at(Parameters(better.matrix, better.bias), none)
+        found, sigma = where_field_turned(every, rows)
+        far = np.where(found & ~turned, np.abs(rows.residual) / sigma, 0.0)
+        # a large one pulls the fit, and others seem far off until it is left out
+        found = far > 0.5 * far.max()
+        if not found.any() or (~turned & ~found).sum() < MIN_SEGMENTS:
+            break
+        turned |= found
+    angles = field_angles(every, rows)
+    changes = [
+        FieldChange(turn.before, turn.after, angle, error)
+        for turn, out, angle, error in zip(turns, turned, angles, sigma, strict=True)
+        if out
+    ]
+    return source, better, tuple(changes)
 
 
 def _why_gravity_alone(
@@ -277,7 +326,7 @@ def _why_gravity_alone(
     more = (both.fitted_entries & ~alone.fitted_entries).any()
     useless = not more and added.standard_errors is not None and added.standard_errors >= 1.0
     # errors of the field that are not noise would count as errors of the gyroscope
-    if useless and not _within_noise(found.fit):
+    if useless and not within_noise(found.fit):
         return (
             "the magnetometer's model leaves more than noise, and headings make no gain of the "
             "gyroscope more certain: it is fitted to gravity alone"
@@ -285,7 +334,7 @@ def _why_gravity_alone(
     return ""
 
 
-def _within_noise(fit: SensorFit) -> bool:
+def within_noise(fit: SensorFit) -> bool:
     """Whether measured noise makes what a fit leaves, where it can be judged."""
     return fit.rows is None or lack_without(fit.rows, np.zeros(0, np.intp)).within_noise
 

@@ -10,6 +10,7 @@ import pytest
 
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quaternions import rotation_matrix, rotation_vector
 from imucal_wizard.core.readings import FloatArray, Series
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
@@ -126,6 +127,21 @@ def test_a_field_that_changed_is_no_reference_for_the_gyroscope() -> None:
     assert any("fitted to gravity alone" in note for note in stage.notes)
     alone = fit_readings(replace(readings, magnetometer=None)).sensors["gyroscope"]
     assert fit.matrix == pytest.approx(alone.matrix, abs=1e-12)
+
+
+def test_a_field_that_turns_about_the_vertical_is_said_of_the_magnetometer() -> None:
+    """Gravity alone closes the rotation meanwhile, whose heading the gyroscope's fit leaves out."""
+    report = fit_readings(replace(SESSION, field_turn=np.radians(30.0)).readings(2))
+    stage, steady = stage_of(report), stage_of(offline(2))
+    (change,) = stage.changes
+    assert (change.before, change.after) == (19, 20)
+    assert abs(np.degrees(change.angle)) == pytest.approx(30.0, abs=0.5)
+    (said,) = report.warned("magnetometer", NoticeKind.FIELD_TURNED)
+    assert said.startswith("the field turned about the vertical between holds 20 and 21 by")
+    assert stage.added is not None
+    assert steady.added is not None
+    assert stage.added.turns == steady.added.turns - 1
+    assert stage.added.heading_after < 1.1 * steady.added.heading_after
 
 
 @pytest.mark.parametrize("method", ["offset", "static"])

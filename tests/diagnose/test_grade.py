@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.core.notices import not_calibrated
+from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.fit_warnings import gyroscope_warnings
@@ -81,6 +81,15 @@ def test_few_degrees_of_freedom_do_not_exclude_that_it_is_worse_than_none(
 
 def test_six_faces_that_are_seated_well_are_usable() -> None:
     assert not worse_than_none("accelerometer", "m/s^2", "m/s^2", 0.25, 0.002, None, 1, 6)
+
+
+def test_a_gyroscope_with_another_clock_is_doubtful() -> None:
+    said = Notice("its clock is 1.0 % fast", NoticeKind.CLOCKS, "gyroscope")
+    known = replace(report(), warnings=(said,))
+    found = graded(known, {name: replace(one, report=known) for name, one in GOOD.items()})
+    assert found["accelerometer"].grade is Grade.GOOD
+    assert found["gyroscope"].grade is Grade.DOUBTFUL
+    assert "clock" in found["gyroscope"].why
 
 
 def test_limits_are_read_from_a_file(tmp_path: Path) -> None:

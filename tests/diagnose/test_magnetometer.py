@@ -10,15 +10,20 @@ from benchmarks.hidden_field.recording import CONSUMER, Colour, record
 from benchmarks.hidden_field.sessions import REPEATED, STANDARD, Plan, session_of
 from benchmarks.hidden_field.strangers import Waves
 from imucal_wizard.core.errors import DataError, UsageError
+from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.readings import Readings, Series
 from imucal_wizard.diagnose.bench import Bench
 from imucal_wizard.diagnose.benches import Benches
-from imucal_wizard.diagnose.grade import graded
+from imucal_wizard.diagnose.grade import Grade, graded
 from imucal_wizard.diagnose.next_poses import next_requests
 from imucal_wizard.diagnose.recheck import RecheckVerdict, judge_field
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
-from imucal_wizard.diagnose.verdict_text import spans_to_leave_out, verdict_text
+from imucal_wizard.diagnose.verdict_text import (
+    only_headings_differ,
+    spans_to_leave_out,
+    verdict_text,
+)
 from imucal_wizard.estimate.fit import fit
 from imucal_wizard.estimate.magnetometer.fit import fit_magnetometer
 from imucal_wizard.estimate.magnetometer.surroundings import by_current
@@ -27,6 +32,7 @@ from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.simulate.magnetometer import TrueField
+from tests.calibrate.collecting import offline
 from tests.diagnose.recordings import tumbled
 
 pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
@@ -122,6 +128,35 @@ def test_a_magnetometer_waits_where_only_its_dip_is_against_it(
     assert said[True].verdict is Verdict.COMPLETE
     assert said[False].verdict is Verdict.WAITING
     assert "accelerometer's model is not complete" in said[False].says
+
+
+def test_a_field_that_turned_makes_the_magnetometer_doubtful() -> None:
+    """Its own model shows nothing of it, for magnitude and dip stay the same."""
+    report, readings = recorded()
+    text = "the field turned about the vertical between holds 9 and 10 by 30.0°"
+    notice = Notice(text, NoticeKind.FIELD_TURNED, "magnetometer")
+    told = replace(report, warnings=(*report.warnings, notice))
+    benches = Benches(told, readings)
+    said = diagnosis_of(benches, field_bench(benches, anew=False))
+    assert said.verdict is Verdict.COMPLETE
+    assert "The field turned about the vertical between holds 9 and 10" in said.says
+    grade = graded(told, {"magnetometer": said})["magnetometer"]
+    assert (grade.grade, grade.why[:16]) == (Grade.DOUBTFUL, "the field turned")
+
+
+def test_a_rotation_that_gravity_closes_is_not_said_to_have_moved_the_device() -> None:
+    """About the vertical nothing tells a field that turns from a gyroscope that reads wrongly."""
+    table = offline(2).sensors["gyroscope"].rows
+    assert table is not None
+    heading = int(np.flatnonzero(table.kind == "heading")[3])
+    item = int(table.item[heading])
+    both = np.flatnonzero((table.kind == "rotation") & (table.item == item))
+    assert len(both) == 2
+    residual = table.residual.copy()
+    residual[heading] = 0.2
+    assert only_headings_differ(replace(table, residual=residual), (item,))
+    residual[both[0]] = 0.2
+    assert not only_headings_differ(replace(table, residual=residual), (item,))
 
 
 @pytest.mark.parametrize(

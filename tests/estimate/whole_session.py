@@ -34,6 +34,7 @@ class Session:
         gyroscope_noise: rad/s per sample.
         vertical: share of the turns that are about the vertical.
         holds: how many rests.
+        field_turn: rotation of the field about the vertical in mid-session, rad.
     """
 
     dip: float = 66.0
@@ -47,6 +48,7 @@ class Session:
     gyroscope_noise: float = 2e-3
     vertical: float = 0.3
     holds: int = 40
+    field_turn: float = 0.0
 
     def readings(self, seed: int = 0) -> Readings:
         """The recording."""
@@ -89,7 +91,9 @@ class Session:
         dip = np.radians(self.dip)
         world = self.magnitude * np.array([0.0, np.cos(dip), -np.sin(dip)])
         own = Attitude.from_rotvec(self.misalignment)
-        seen = own.inv().apply(attitude(poses, time).inv().apply(world))
+        late = time > self.holds // 2 * (HOLD + TURN) - 0.5 * TURN
+        turned = Attitude.from_rotvec(np.outer(self.field_turn * late, [0.0, 0.0, 1.0]))
+        seen = own.inv().apply(attitude(poses, time).inv().apply(turned.apply(world)))
         distortion = np.linalg.inv(CORRECTION)
         readings = seen @ distortion.T + 0.1 * OFFSET
         readings += 0.1 * NOISE * rng.standard_normal(readings.shape)

@@ -47,6 +47,7 @@ from imucal_wizard.core.readings import (
     origin_of_times,
 )
 from imucal_wizard.core.units import COUNT, SI_UNIT, UNIT_FACTORS
+from imucal_wizard.measurement.clock_drift import clock_drift
 from imucal_wizard.measurement.data_quality import (
     check_recording,
     recorded_at_once,
@@ -140,7 +141,7 @@ def read_files(
         refuse_without_gravity(readings)
     except RecordingError as error:
         raise RecordingError(f"{names}: {error}", settings=error.settings) from None
-    warnings = list(dict.fromkeys((*warnings, *check_recording(readings))))
+    warnings = list(dict.fromkeys((*warnings, *check_recording(readings), *clock_drift(readings))))
     return _left_out(replace(readings, warnings=tuple(warnings)), options.without)
 
 

@@ -7,6 +7,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.estimate.second_stage.alignment import Alignment
 from imucal_wizard.estimate.second_stage.clock_offset import ClockOffset
 from imucal_wizard.estimate.second_stage.error_modes import ErrorModes
+from imucal_wizard.estimate.second_stage.field_changes import FieldChange
 from imucal_wizard.estimate.second_stage.heading import Bearings
 
 MAX_WORSE = 1.1
@@ -72,6 +73,7 @@ class SecondStage:
         headings: before and after.
         clock: offset of the magnetometer's clock, or None when no turn shows it.
         added: what the gyroscope gains, or None without one.
+        changes: where the field turned about the vertical, in the order of time.
         notes: what could not be done, and why.
     """
 
@@ -80,4 +82,5 @@ class SecondStage:
     headings: Headings
     clock: ClockOffset | None = None
     added: Added | None = None
+    changes: tuple[FieldChange, ...] = ()
     notes: tuple[str, ...] = ()

@@ -17,6 +17,7 @@ from imucal_wizard.estimate.gravity_and_field import (
     undisturbed,
     up_of,
     with_gyroscope,
+    within_noise,
 )
 from imucal_wizard.estimate.magnetometer.experiment import StillPoses
 from imucal_wizard.estimate.magnetometer.fit import MagnetometerFit
@@ -27,6 +28,7 @@ from imucal_wizard.estimate.second_stage.error_modes import (
     of_accelerometer,
     of_magnetometer,
 )
+from imucal_wizard.estimate.second_stage.field_changes import changes_text
 from imucal_wizard.estimate.second_stage.found import Headings, SecondStage
 from imucal_wizard.estimate.second_stage.heading import Compass
 
@@ -80,12 +82,11 @@ def _second_stage(
     if "gyroscope" in report.sensors:
         stage, better = with_gyroscope(report, stage, turns, calm, found, aligned)
         sensors["gyroscope"] = better
-    return replace(
-        report,
-        sensors=sensors,
-        second_stage=stage,
-        warnings=_with_third_sensor(report, alignment.rotation),
-    )
+    warnings = _with_third_sensor(report, alignment.rotation)
+    if stage.changes:
+        text = changes_text(stage.changes, within_noise(aligned))
+        warnings = (*warnings, Notice(text, NoticeKind.FIELD_TURNED, "magnetometer"))
+    return replace(report, sensors=sensors, second_stage=stage, warnings=warnings)
 
 
 def _with_third_sensor(report: FitReport, field_axes: FloatArray) -> tuple[str, ...]:
