@@ -10,6 +10,7 @@ from imucal_wizard.acquire.host_clock import (
     BurstClock,
     HostClock,
     burst_pause,
+    long_tick,
     sampling_period,
     time_quantum,
 )
@@ -21,6 +22,15 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series,
 
 _MIN_BARREN = 50
 """Consecutive rows without a needed number after which the column counts as empty."""
+BURSTS = (
+    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly "
+    "over them. Let the device print its own time."
+)
+SHARED_TIMES = (
+    "Several samples share each time: they are spread evenly over the times. Let the device print "
+    "the time of each sample."
+)
+"""What is said of times of bursts, and of times that are as coarse as bursts but do not jitter."""
 _HELP = "check the sensor's wiring and the sketch"
 _NO_ACCELEROMETER = Series(np.zeros(0), np.zeros((0, 3)), units.SI_UNIT["accelerometer"])
 
@@ -63,6 +73,7 @@ class Assembler:
         self._host = HostClock(rate)
         self._order: RowOrder | None = None
         self._jitter: JitterFilter | None = None
+        self._burst_note = ""
         self._bursts = self._burst_clock(first, rate) if recording else None
         self._device = None if self._bursts else self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
@@ -97,7 +108,12 @@ class Assembler:
         if self._time is None or not np.isfinite(first[:, [self._time, *together]]).all():
             return None
         factor = units.unit_factor("time", self.columns[self._time].unit)
-        pause = burst_pause(first[:, self._time] * factor)
+        seconds = first[:, self._time] * factor
+        pause = burst_pause(seconds)
+        self._burst_note = BURSTS if pause else ""
+        if not pause:
+            pause = long_tick(seconds)
+            self._burst_note = SHARED_TIMES if pause else ""
         return BurstClock(factor, pause, rate) if pause else None
 
     @property
@@ -143,7 +159,7 @@ class Assembler:
         """What the user should know of the device's times."""
         jitter = "" if self._jitter is None else self._jitter.note
         order = () if self._order is None else self._order.notes(counted=self._recording)
-        return (jitter, *order) if jitter else order
+        return (*filter(None, (self._burst_note, jitter)), *order)
 
     @property
     def _clock(self) -> DeviceClock | BurstClock | HostClock | TimeSmoother:

@@ -14,6 +14,22 @@ from imucal_wizard.core.statistics import median
 MIN_ARRIVAL_JITTER = 0.01
 """Share of the time between two bursts by which most of them come earlier or later, if their times
 are those of arrival and not of a clock that advances in coarse steps."""
+_MIN_EQUAL_SHARE = 0.1
+"""Share of the steps of time that are zero, above which equal times are no single faults."""
+_DECIDING_TICKS = 10
+"""Times that differ, from which on those of a coarse clock are told from those of bursts."""
+_MIN_TICK_JITTER = 1e-4
+"""Share of a tick of a coarse clock by which no tick differs from the usual one."""
+_PRINTED_UNITS = 1.5
+"""Units of the last digit, within which printed ticks of a coarse clock agree with the usual one:
+those of 15.6 ms are 15 and 16."""
+_MIN_UNEVEN_SHARE = 0.1
+"""Share of the ticks that differ by more than both if the times are those of arrival."""
+_LONGEST_TICK_SECONDS = 0.02
+"""Longer than the steps of computers' clocks, of 16 ms at most. A hand turns a device by degrees in
+that time, so its samples are spread by the whole course of the times, not by their neighbours."""
+_MIN_SHARED = 1.5
+"""Samples per time on average, from which on they share it and are no single repeats."""
 WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is accurate enough to start."""
 _WARM_UP_POINTS = 10
@@ -57,7 +73,8 @@ def time_quantum(times: FloatArray) -> float:
 
 def _often_equal(steps: FloatArray) -> bool:
     """Whether times advance, but many samples have that of the one before."""
-    return len(steps) > 0 and float(np.mean(steps == 0)) > 0.1 and bool(np.any(steps > 0))
+    often = len(steps) > 0 and float(np.mean(steps == 0)) > _MIN_EQUAL_SHARE
+    return often and bool(np.any(steps > 0))
 
 
 def burst_pause(times: FloatArray) -> float:
@@ -71,15 +88,60 @@ def burst_pause(times: FloatArray) -> float:
         times: shape (n,), s, as they were given.
     """
     steps = np.diff(times)
-    forward = steps[steps > 0]
-    if _often_equal(steps) and len(forward) >= MIN_PAUSES:
-        usual = median(forward)
-        if np.mean(np.abs(forward - usual) > MIN_ARRIVAL_JITTER * usual) > 0.5:
-            return 0.5 * float(forward.min())
+    if _often_equal(steps) and _uneven_ticks(times):
+        return 0.5 * float(np.min(steps[steps > 0]))
     long = pauses(steps)
     if np.sum(long) < MIN_PAUSES or steps[long].sum() <= MAX_PAUSE_SHARE * steps[steps > 0].sum():
         return 0.0
     return MAX_BURST_RATIO * median(steps[steps > 0])
+
+
+def has_enough_ticks(steps: FloatArray) -> BoolArray:
+    """Whether the rows up to each one show bursts, if several have the same time, shape (n,).
+
+    Args:
+        steps: of time from each row to the next, shape (n,), not negative.
+    """
+    same, forward = np.cumsum(steps == 0), np.cumsum(steps > 0)
+    rows = np.arange(len(steps))
+    return np.asarray((same <= _MIN_EQUAL_SHARE * rows + 1.0) | (forward >= _DECIDING_TICKS))
+
+
+def _uneven_ticks(times: FloatArray) -> bool:
+    """Whether times that several samples share follow one another as no coarse clock advances.
+
+    Such a clock advances by one tick, or by several where samples are missing, and its printed
+    ticks differ by a unit of the last digit. A burst is read when the host comes to it.
+    """
+    steps = np.diff(times)
+    forward = steps[steps > 0]
+    if len(forward) < MIN_PAUSES:
+        return False
+    usual = median(forward)
+    if np.mean(np.abs(forward - usual) > MIN_ARRIVAL_JITTER * usual) > 0.5:
+        return True
+    apart = np.diff(np.sort(forward))
+    real = apart[apart > 4.0 * np.spacing(np.abs(times).max())]
+    unit = float(real.min()) if len(real) else 0.0
+    off = np.abs(forward - usual * np.maximum(np.round(forward / usual), 1.0))
+    limit = max(_PRINTED_UNITS * unit, _MIN_TICK_JITTER * usual)
+    return bool(np.mean(off > limit) > _MIN_UNEVEN_SHARE)
+
+
+def long_tick(seconds: FloatArray) -> float:
+    """Half a tick, s, if several samples share each time and the ticks are longer than a clock's.
+
+    The ticks may be even: of a host that reads a buffer of the sensor on time, or whole seconds.
+
+    Args:
+        seconds: times, s, shape (n,), as they were given.
+    """
+    steps = np.diff(seconds)
+    forward = steps[steps > 0]
+    if len(forward) < MIN_PAUSES or len(steps[steps >= 0]) < _MIN_SHARED * len(forward):
+        return 0.0
+    usual = median(forward)
+    return 0.5 * usual if usual >= _LONGEST_TICK_SECONDS else 0.0
 
 
 def pauses(steps: FloatArray) -> BoolArray:
@@ -238,7 +300,8 @@ class HostClock:
 class BurstClock:
     """Times of recorded samples whose own times were taken when bursts of them arrived.
 
-    The end of each burst is the arrival of its samples for a ``HostClock``.
+    The end of each burst is the arrival of its samples for a ``HostClock``, and the last sample of
+    the first burst keeps its time.
 
     Args:
         factor: seconds per tick.
@@ -252,6 +315,8 @@ class BurstClock:
         self._host = HostClock(rate)
         self._waiting = np.zeros(0)
         self._first: float | None = None
+        self._before = 0
+        self._origin: float | None = None
         self._count = 0
 
     @property
@@ -275,8 +340,6 @@ class BurstClock:
         Args:
             ticks: given times, shape (n,), finite.
         """
-        if self._first is None and len(ticks):
-            self._first = float(ticks[0]) * self._factor
         self._waiting = np.concatenate((self._waiting, ticks * self._factor))
         ends = np.flatnonzero(np.abs(np.diff(self._waiting)) > self._pause) + 1
         *bursts, self._waiting = np.split(self._waiting, ends)
@@ -289,9 +352,14 @@ class BurstClock:
         return self._since_first([*arrived, self._host.flush()])
 
     def _arrived(self, burst: FloatArray) -> FloatArray:
+        if self._first is None:
+            self._first, self._before = float(burst[-1]), len(burst) - 1
         indices = np.arange(self._count, self._count + len(burst), dtype=float)
         self._count += len(burst)
         return self._host.feed(indices, float(burst[-1]))
 
     def _since_first(self, parts: list[FloatArray]) -> FloatArray:
-        return (self._first or 0.0) + np.concatenate(parts) if parts else np.zeros(0)
+        times = np.concatenate(parts) if parts else np.zeros(0)
+        if len(times) and self._origin is None:
+            self._origin = (self._first or 0.0) - self._before * self.period
+        return times + (self._origin or 0.0)
