@@ -31,6 +31,8 @@ SHARED_TIMES = (
     "the time of each sample."
 )
 """What is said of times of bursts, and of times that are as coarse as bursts but do not jitter."""
+_MIN_TOGETHER = 0.9
+"""Share of the incomplete rows that lack each of some columns, if these are empty together."""
 _HELP = "check the sensor's wiring and the sketch"
 _NO_ACCELEROMETER = Series(np.zeros(0), np.zeros((0, 3)), units.SI_UNIT["accelerometer"])
 
@@ -321,9 +323,22 @@ class MissingValues:
         return _named([c for c, bad in zip(self._columns, worst, strict=True) if bad])
 
     @property
+    def lacking(self) -> str:
+        """Where a row has no number, in words: in the same columns, or one here and one there.
+
+        Single lines that are cut short lack other columns, too, and count with those of most.
+        """
+        each = self._each[self._each >= 0.5 * max(int(self._each.max(initial=0)), 1)]
+        if len(each) == 1 or each.min(initial=self.count) >= _MIN_TOGETHER * self.count:
+            return f"for {self.where}"
+        columns = [c for c, bad in zip(self._columns, self._each > 0, strict=True) if bad]
+        names = ", ".join(c.channel or c.name for c in columns)
+        return f"in one or more of the columns {names}"
+
+    @property
     def note(self) -> str:
         """Message about single incomplete rows."""
-        return f"Some samples have no number (NaN or empty) for {self.where}: {_HELP}."
+        return f"Some samples have no number (NaN or empty) {self.lacking}: {_HELP}."
 
     @property
     def problem(self) -> str:
