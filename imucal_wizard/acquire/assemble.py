@@ -31,6 +31,8 @@ SHARED_TIMES = (
     "the time of each sample."
 )
 """What is said of times of bursts, and of times that are as coarse as bursts but do not jitter."""
+_MIN_COMPLETE = 0.7
+"""Share of complete rows, from which on the others lack single numbers."""
 _MIN_TOGETHER = 0.9
 """Share of the incomplete rows that lack each of some columns, if these are empty together."""
 _HELP = "check the sensor's wiring and the sketch"
@@ -107,10 +109,13 @@ class Assembler:
         """The clock of a recording whose samples arrived in bursts; None for any other one."""
         together = [p for s in ("accelerometer", "gyroscope") for p in self._places[s]]
         together = together or self._places["magnetometer"]
-        if self._time is None or not np.isfinite(first[:, [self._time, *together]]).all():
+        if self._time is None:
+            return None
+        complete = np.isfinite(first[:, [self._time, *together]]).all(axis=1)
+        if complete.mean() < _MIN_COMPLETE:  # the sensors have separate rows
             return None
         factor = units.unit_factor("time", self.columns[self._time].unit)
-        seconds = first[:, self._time] * factor
+        seconds = first[np.isfinite(first[:, self._time]), self._time] * factor
         pause = burst_pause(seconds)
         self._burst_note = BURSTS if pause else ""
         if not pause:
@@ -121,7 +126,7 @@ class Assembler:
     @property
     def device(self) -> DeviceClock | None:
         """The device's clock; None if the stream carries no time."""
-        return self._device
+        return self._device if self._bursts is None else self._bursts.device
 
     @property
     def period(self) -> float:
@@ -175,12 +180,13 @@ class Assembler:
         if not len(values):
             return None
         good = self.missing.sift(values)
+        if self._bursts is not None and self._time is not None:  # which counts every sample
+            values = values[np.isfinite(values[:, self._time])]
+            self._waiting = np.concatenate((self._waiting, values))
+            return self._released(self._bursts.feed(values[:, self._time]))
         values = values if good.all() else values[good]
         if self._order is not None:
             return self._timed(self._order.feed(values)) if len(values) else None
-        if self._bursts is not None and self._time is not None:
-            self._waiting = np.concatenate((self._waiting, values))
-            return self._released(self._bursts.feed(values[:, self._time]))
         indices = self._indices(rows)[good]
         if not len(values):
             return None
@@ -213,6 +219,9 @@ class Assembler:
 
     def _released(self, times: FloatArray) -> Readings | None:
         values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]
+        if self._bursts is not None:
+            good = self.missing.complete(values)
+            times, values = times[good], values[good]
         return self._readings(times, values)
 
     def _indices(self, rows: DecodedRows) -> FloatArray:
@@ -302,8 +311,12 @@ class MissingValues:
         self._running = 0
         self.count = 0
 
-    def sift(self, values: FloatArray) -> BoolArray:
+    def complete(self, values: FloatArray) -> BoolArray:
         """Which rows are complete, shape (n,)."""
+        return np.asarray(np.isfinite(values[:, self._needed]).all(axis=1), np.bool_)
+
+    def sift(self, values: FloatArray) -> BoolArray:
+        """Which rows are complete, shape (n,); the others are counted."""
         there = np.isfinite(values[:, self._needed])
         if there.all():
             self._running = 0

@@ -234,6 +234,45 @@ def test_samples_that_share_the_time_of_their_burst_are_spread_evenly(
     assert not _told(readings, "missing")
 
 
+@pytest.mark.parametrize("per_burst", [5, 16, 64])
+@pytest.mark.parametrize("lost", [7, 40, 300])
+def test_samples_that_are_missing_between_bursts_are_told(
+    tmp_path: Path, per_burst: int, lost: int
+) -> None:
+    """The bursts that follow are all late; those that the host read too late are caught up."""
+    time, true = _shared(per_burst, 100.0, jitter=0.002)
+    kept = np.ones(len(time), bool)
+    kept[40 * per_burst : 40 * per_burst + lost] = False
+    late = time[30 * per_burst] + 0.08
+    time[30 * per_burst :] = np.maximum(time[30 * per_burst :], late)
+    readings = _timed(tmp_path, time[kept], "t[s]")
+    own = readings.accelerometer.time
+    assert _told(readings, f"about {lost} samples are missing in 1 gap")
+    after = true[kept] > true[50 * per_burst]
+    assert np.ptp((own - true[kept])[after]) < 0.01
+    assert np.median(own - true[kept]) == pytest.approx(0.0, abs=0.01)
+
+
+def test_rows_with_empty_fields_are_counted_in_bursts(tmp_path: Path) -> None:
+    """The burst they came in shows their time like that of the others."""
+    time, true = _shared(16, 100.0, jitter=0.002)
+    values = samples(len(time))[:, 1:4]
+    gone = np.random.default_rng(1).random(len(time)) < 0.1
+    values[gone, 1] = np.nan
+    write(tmp_path / "a.csv", np.column_stack([time, values]), "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]")
+    readings = read_files([tmp_path / "a.csv"])
+    np.testing.assert_allclose(readings.accelerometer.time, true[~gone], atol=0.01)
+    assert _told(readings, "in bursts")
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.002])
+def test_bursts_go_on_where_the_time_of_day_passes_midnight(tmp_path: Path, jitter: float) -> None:
+    time, _ = _shared(16, 100.0, jitter)
+    readings = _timed(tmp_path, (time + 86_400.0 - 30.0) % 86_400.0, "t[s]")
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, rtol=1e-2)
+    assert _told(readings, "counter was full")
+
+
 @pytest.mark.parametrize("per_burst", [3, 16, 64])
 def test_bursts_that_are_read_on_time_are_spread_evenly_and_not_said_to_jitter(
     tmp_path: Path, per_burst: int
