@@ -10,6 +10,7 @@ from imucal_wizard.acquire.host_clock import (
     BurstClock,
     HostClock,
     burst_pause,
+    long_tick,
     sampling_period,
     time_quantum,
 )
@@ -21,6 +22,19 @@ from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series,
 
 _MIN_BARREN = 50
 """Consecutive rows without a needed number after which the column counts as empty."""
+BURSTS = (
+    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly "
+    "over them. Let the device print its own time."
+)
+SHARED_TIMES = (
+    "Several samples share each time: they are spread evenly over the times. Let the device print "
+    "the time of each sample."
+)
+"""What is said of times of bursts, and of times that are as coarse as bursts but do not jitter."""
+_MIN_COMPLETE = 0.7
+"""Share of complete rows, from which on the others lack single numbers."""
+_MIN_TOGETHER = 0.9
+"""Share of the incomplete rows that lack each of some columns, if these are empty together."""
 _HELP = "check the sensor's wiring and the sketch"
 _NO_ACCELEROMETER = Series(np.zeros(0), np.zeros((0, 3)), units.SI_UNIT["accelerometer"])
 
@@ -63,6 +77,7 @@ class Assembler:
         self._host = HostClock(rate)
         self._order: RowOrder | None = None
         self._jitter: JitterFilter | None = None
+        self._burst_note = ""
         self._bursts = self._burst_clock(first, rate) if recording else None
         self._device = None if self._bursts else self._device_clock(first)
         self._waiting = np.zeros((0, len(columns)))
@@ -94,16 +109,24 @@ class Assembler:
         """The clock of a recording whose samples arrived in bursts; None for any other one."""
         together = [p for s in ("accelerometer", "gyroscope") for p in self._places[s]]
         together = together or self._places["magnetometer"]
-        if self._time is None or not np.isfinite(first[:, [self._time, *together]]).all():
+        if self._time is None:
+            return None
+        complete = np.isfinite(first[:, [self._time, *together]]).all(axis=1)
+        if complete.mean() < _MIN_COMPLETE:  # the sensors have separate rows
             return None
         factor = units.unit_factor("time", self.columns[self._time].unit)
-        pause = burst_pause(first[:, self._time] * factor)
+        seconds = first[np.isfinite(first[:, self._time]), self._time] * factor
+        pause = burst_pause(seconds)
+        self._burst_note = BURSTS if pause else ""
+        if not pause:
+            pause = long_tick(seconds)
+            self._burst_note = SHARED_TIMES if pause else ""
         return BurstClock(factor, pause, rate) if pause else None
 
     @property
     def device(self) -> DeviceClock | None:
         """The device's clock; None if the stream carries no time."""
-        return self._device
+        return self._device if self._bursts is None else self._bursts.device
 
     @property
     def period(self) -> float:
@@ -143,7 +166,7 @@ class Assembler:
         """What the user should know of the device's times."""
         jitter = "" if self._jitter is None else self._jitter.note
         order = () if self._order is None else self._order.notes(counted=self._recording)
-        return (jitter, *order) if jitter else order
+        return (*filter(None, (self._burst_note, jitter)), *order)
 
     @property
     def _clock(self) -> DeviceClock | BurstClock | HostClock | TimeSmoother:
@@ -157,12 +180,13 @@ class Assembler:
         if not len(values):
             return None
         good = self.missing.sift(values)
+        if self._bursts is not None and self._time is not None:  # which counts every sample
+            values = values[np.isfinite(values[:, self._time])]
+            self._waiting = np.concatenate((self._waiting, values))
+            return self._released(self._bursts.feed(values[:, self._time]))
         values = values if good.all() else values[good]
         if self._order is not None:
             return self._timed(self._order.feed(values)) if len(values) else None
-        if self._bursts is not None and self._time is not None:
-            self._waiting = np.concatenate((self._waiting, values))
-            return self._released(self._bursts.feed(values[:, self._time]))
         indices = self._indices(rows)[good]
         if not len(values):
             return None
@@ -195,6 +219,9 @@ class Assembler:
 
     def _released(self, times: FloatArray) -> Readings | None:
         values, self._waiting = self._waiting[: len(times)], self._waiting[len(times) :]
+        if self._bursts is not None:
+            good = self.missing.complete(values)
+            times, values = times[good], values[good]
         return self._readings(times, values)
 
     def _indices(self, rows: DecodedRows) -> FloatArray:
@@ -284,8 +311,12 @@ class MissingValues:
         self._running = 0
         self.count = 0
 
-    def sift(self, values: FloatArray) -> BoolArray:
+    def complete(self, values: FloatArray) -> BoolArray:
         """Which rows are complete, shape (n,)."""
+        return np.asarray(np.isfinite(values[:, self._needed]).all(axis=1), np.bool_)
+
+    def sift(self, values: FloatArray) -> BoolArray:
+        """Which rows are complete, shape (n,); the others are counted."""
         there = np.isfinite(values[:, self._needed])
         if there.all():
             self._running = 0
@@ -305,9 +336,22 @@ class MissingValues:
         return _named([c for c, bad in zip(self._columns, worst, strict=True) if bad])
 
     @property
+    def lacking(self) -> str:
+        """Where a row has no number, in words: in the same columns, or one here and one there.
+
+        Single lines that are cut short lack other columns, too, and count with those of most.
+        """
+        each = self._each[self._each >= 0.5 * max(int(self._each.max(initial=0)), 1)]
+        if len(each) == 1 or each.min(initial=self.count) >= _MIN_TOGETHER * self.count:
+            return f"for {self.where}"
+        columns = [c for c, bad in zip(self._columns, self._each > 0, strict=True) if bad]
+        names = ", ".join(c.channel or c.name for c in columns)
+        return f"in one or more of the columns {names}"
+
+    @property
     def note(self) -> str:
         """Message about single incomplete rows."""
-        return f"Some samples have no number (NaN or empty) for {self.where}: {_HELP}."
+        return f"Some samples have no number (NaN or empty) {self.lacking}: {_HELP}."
 
     @property
     def problem(self) -> str:

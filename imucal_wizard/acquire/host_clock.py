@@ -1,25 +1,55 @@
 """The sampling rate, and times of samples for streams without device time."""
 
+from collections import deque
+
 import numpy as np
 
-from imucal_wizard.acquire.clock import LONG_GAP_SECONDS
+from imucal_wizard.acquire.clock import LONG_GAP_SECONDS, DeviceClock
 from imucal_wizard.core.limits.data_quality import (
     MAX_BURST_RATIO,
     MAX_PAUSE_SHARE,
     MIN_PAUSES,
 )
 from imucal_wizard.core.readings import BoolArray, FloatArray
-from imucal_wizard.core.statistics import median
+from imucal_wizard.core.statistics import median, robust_deviation
 
 MIN_ARRIVAL_JITTER = 0.01
 """Share of the time between two bursts by which most of them come earlier or later, if their times
 are those of arrival and not of a clock that advances in coarse steps."""
+_MIN_EQUAL_SHARE = 0.1
+"""Share of the steps of time that are zero, above which equal times are no single faults."""
+_DECIDING_TICKS = 10
+"""Times that differ, from which on those of a coarse clock are told from those of bursts."""
+_MIN_TICK_JITTER = 1e-4
+"""Share of a tick of a coarse clock by which no tick differs from the usual one."""
+_PRINTED_UNITS = 1.5
+"""Units of the last digit, within which printed ticks of a coarse clock agree with the usual one:
+those of 15.6 ms are 15 and 16."""
+_MIN_UNEVEN_SHARE = 0.1
+"""Share of the ticks that differ by more than both if the times are those of arrival."""
+_LONGEST_TICK_SECONDS = 0.02
+"""Longer than the steps of computers' clocks, of 16 ms at most. A hand turns a device by degrees in
+that time, so its samples are spread by the whole course of the times, not by their neighbours."""
+_MIN_SHARED = 1.5
+"""Samples per time on average, from which on they share it and are no single repeats."""
 WARM_UP_SECONDS = 2.0
 """Seconds of arrivals before the rate is accurate enough to start."""
 _WARM_UP_POINTS = 10
 """Arrivals before the rate is accurate enough to start."""
 _STALL_SECONDS = 0.25
 """s; a longer silence may hide lost samples."""
+_REMEMBERED_BURSTS = 50
+"""Bursts that show how much earlier or later than usual one arrives."""
+_LATE_SIGMAS, _MIN_LATE_SAMPLES = 6.0, 1.5
+"""Standard deviations and samples by which a burst is later than it ever is by its jitter, or by
+the phase of a clock with long ticks."""
+_BURSTS_TO_CATCH_UP = 3
+"""Bursts after a late one in which a host that was delayed catches up."""
+_MAX_STEP_BACK_SECONDS = 0.5
+"""By how much the times of a host may go back that is set right by another clock."""
+_LONGEST_INTERVAL_SECONDS = 2400.0
+"""So that a step of less than an hour is a gap between bursts, and a longer one a clock that was
+set."""
 _SETTLE_SECONDS = 0.05
 """Seconds after a silence until the bytes buffered by the system have been read."""
 
@@ -57,7 +87,8 @@ def time_quantum(times: FloatArray) -> float:
 
 def _often_equal(steps: FloatArray) -> bool:
     """Whether times advance, but many samples have that of the one before."""
-    return len(steps) > 0 and float(np.mean(steps == 0)) > 0.1 and bool(np.any(steps > 0))
+    often = len(steps) > 0 and float(np.mean(steps == 0)) > _MIN_EQUAL_SHARE
+    return often and bool(np.any(steps > 0))
 
 
 def burst_pause(times: FloatArray) -> float:
@@ -71,15 +102,60 @@ def burst_pause(times: FloatArray) -> float:
         times: shape (n,), s, as they were given.
     """
     steps = np.diff(times)
-    forward = steps[steps > 0]
-    if _often_equal(steps) and len(forward) >= MIN_PAUSES:
-        usual = median(forward)
-        if np.mean(np.abs(forward - usual) > MIN_ARRIVAL_JITTER * usual) > 0.5:
-            return 0.5 * float(forward.min())
+    if _often_equal(steps) and _uneven_ticks(times):
+        return 0.5 * float(np.min(steps[steps > 0]))
     long = pauses(steps)
     if np.sum(long) < MIN_PAUSES or steps[long].sum() <= MAX_PAUSE_SHARE * steps[steps > 0].sum():
         return 0.0
     return MAX_BURST_RATIO * median(steps[steps > 0])
+
+
+def has_enough_ticks(steps: FloatArray) -> BoolArray:
+    """Whether the rows up to each one show bursts, if several have the same time, shape (n,).
+
+    Args:
+        steps: of time from each row to the next, shape (n,), not negative.
+    """
+    same, forward = np.cumsum(steps == 0), np.cumsum(steps > 0)
+    rows = np.arange(len(steps))
+    return np.asarray((same <= _MIN_EQUAL_SHARE * rows + 1.0) | (forward >= _DECIDING_TICKS))
+
+
+def _uneven_ticks(times: FloatArray) -> bool:
+    """Whether times that several samples share follow one another as no coarse clock advances.
+
+    Such a clock advances by one tick, or by several where samples are missing, and its printed
+    ticks differ by a unit of the last digit. A burst is read when the host comes to it.
+    """
+    steps = np.diff(times)
+    forward = steps[steps > 0]
+    if len(forward) < MIN_PAUSES:
+        return False
+    usual = median(forward)
+    if np.mean(np.abs(forward - usual) > MIN_ARRIVAL_JITTER * usual) > 0.5:
+        return True
+    apart = np.diff(np.sort(forward))
+    real = apart[apart > 4.0 * np.spacing(np.abs(times).max())]
+    unit = float(real.min()) if len(real) else 0.0
+    off = np.abs(forward - usual * np.maximum(np.round(forward / usual), 1.0))
+    limit = max(_PRINTED_UNITS * unit, _MIN_TICK_JITTER * usual)
+    return bool(np.mean(off > limit) > _MIN_UNEVEN_SHARE)
+
+
+def long_tick(seconds: FloatArray) -> float:
+    """Half a tick, s, if several samples share each time and the ticks are longer than a clock's.
+
+    The ticks may be even: of a host that reads a buffer of the sensor on time, or whole seconds.
+
+    Args:
+        seconds: times, s, shape (n,), as they were given.
+    """
+    steps = np.diff(seconds)
+    forward = steps[steps > 0]
+    if len(forward) < MIN_PAUSES or len(steps[steps >= 0]) < _MIN_SHARED * len(forward):
+        return 0.0
+    usual = median(forward)
+    return 0.5 * usual if usual >= _LONGEST_TICK_SECONDS else 0.0
 
 
 def pauses(steps: FloatArray) -> BoolArray:
@@ -151,9 +227,12 @@ class HostClock:
 
     Args:
         rate: samples per second, if known; None to measure it.
+        complete: whether the indices leave out the samples that are missing, so that a silence
+            hides none.
     """
 
-    def __init__(self, rate: float | None = None) -> None:
+    def __init__(self, rate: float | None = None, *, complete: bool = False) -> None:
+        self._complete = complete
         self._given = 1.0 / rate if rate else 0.0
         self._fit = RateFit()
         self._waiting: list[FloatArray] = []
@@ -197,7 +276,9 @@ class HostClock:
     def _notice_silence(self, arrival: float) -> None:
         last, self._last_arrival = self._last_arrival, arrival
         usual = 4.0 * self.period
-        if self._warm and last is not None and arrival - last > max(_STALL_SECONDS, usual):
+        if self._complete or not self._warm or last is None:
+            return
+        if arrival - last > max(_STALL_SECONDS, usual):
             self._stalled = self._stalled if self._stalled is not None else arrival
 
     def _settle(self, arrival: float) -> bool:
@@ -238,36 +319,42 @@ class HostClock:
 class BurstClock:
     """Times of recorded samples whose own times were taken when bursts of them arrived.
 
-    The end of each burst is the arrival of its samples for a ``HostClock``.
+    The end of each burst is the arrival of its samples for a ``HostClock``, and the last sample of
+    the first burst keeps its time. Where samples are missing, a burst and all that follow are late
+    for the number of their samples; after a delay the host catches up.
 
     Args:
         factor: seconds per tick.
         pause: the shortest pause between bursts, s.
         rate: samples per second, if known.
+
+    Attributes:
+        device: the clock whose times were given.
+        lost: number of lost samples.
+        away: number of samples lost in long gaps.
     """
 
     def __init__(self, factor: float, pause: float, rate: float | None) -> None:
         self._factor = factor
         self._pause = pause
-        self._host = HostClock(rate)
+        self.device = DeviceClock(factor, _LONGEST_INTERVAL_SECONDS, from_zero=False)
+        self._newest = np.zeros(0)
+        self._host = HostClock(rate, complete=True)
         self._waiting = np.zeros(0)
         self._first: float | None = None
+        self._before = 0
+        self._origin: float | None = None
         self._count = 0
+        self._bursts: list[FloatArray] = []
+        self._end: float | None = None
+        self._late: deque[float] = deque(maxlen=_REMEMBERED_BURSTS)
+        self.lost = 0
+        self.away = 0
 
     @property
     def period(self) -> float:
         """Current estimate of the sampling period, s; 0 while unknown."""
         return self._host.period
-
-    @property
-    def lost(self) -> int:
-        """Number of lost samples."""
-        return self._host.lost
-
-    @property
-    def away(self) -> int:
-        """Number of samples lost in long gaps."""
-        return self._host.away
 
     def feed(self, ticks: FloatArray) -> FloatArray:
         """Times of the oldest samples that can be determined now, s; the others wait.
@@ -275,23 +362,75 @@ class BurstClock:
         Args:
             ticks: given times, shape (n,), finite.
         """
-        if self._first is None and len(ticks):
-            self._first = float(ticks[0]) * self._factor
-        self._waiting = np.concatenate((self._waiting, ticks * self._factor))
+        self._waiting = np.concatenate((self._waiting, self._seconds(ticks)))
         ends = np.flatnonzero(np.abs(np.diff(self._waiting)) > self._pause) + 1
         *bursts, self._waiting = np.split(self._waiting, ends)
-        return self._since_first([self._arrived(burst) for burst in bursts])
+        self._bursts += bursts
+        return self._since_first(self._arrived())
+
+    def _seconds(self, ticks: FloatArray) -> FloatArray:
+        """Given times without wraps and restarts; one that goes back a little is the one before."""
+        given = np.concatenate((self._newest, ticks))
+        back = np.diff(given) * self._factor < -_MAX_STEP_BACK_SECONDS
+        parts = np.split(given, np.flatnonzero(back) + 1)
+        level = np.concatenate([np.maximum.accumulate(part) for part in parts])
+        new, self._newest = level[len(self._newest) :], level[-1:]
+        return self.device.feed(new)
 
     def flush(self) -> FloatArray:
         """Times of the waiting samples, at the end of the recording."""
         last, self._waiting = self._waiting, np.zeros(0)
-        arrived = [self._arrived(last)] if len(last) else []
-        return self._since_first([*arrived, self._host.flush()])
+        self._bursts += [last] if len(last) else []
+        return self._since_first([*self._arrived(ended=True), self._host.flush()])
 
-    def _arrived(self, burst: FloatArray) -> FloatArray:
+    def _arrived(self, *, ended: bool = False) -> list[FloatArray]:
+        """Times of the bursts for which it is known whether samples are missing before them."""
+        parts, known = [], 0
+        for number in range(len(self._bursts)):
+            missing = self._missing(self._bursts[number:], ended=ended)
+            if missing is None:
+                break
+            parts.append(self._counted(self._bursts[number], missing))
+            known += 1
+        del self._bursts[:known]
+        return parts
+
+    def _missing(self, bursts: list[FloatArray], *, ended: bool) -> int | None:
+        """Number of samples missing before the first of these bursts; None if not yet known."""
+        period = self._host.period
+        if self._end is None or not period or len(self._late) < _WARM_UP_POINTS:
+            return 0
+        limit = _MIN_LATE_SAMPLES * period
+        if float(bursts[0][-1]) - self._end - len(bursts[0]) * period <= limit:
+            return 0  # most bursts, for which the jitter need not be known
+        limit = max(limit, _LATE_SIGMAS * robust_deviation(self._late))
+        least, count = np.inf, 0
+        for place, burst in enumerate(bursts):
+            count += len(burst)
+            least = min(least, float(burst[-1]) - self._end - count * period)
+            if least <= limit:
+                return 0
+            if place >= _BURSTS_TO_CATCH_UP and burst[-1] - bursts[0][-1] > _STALL_SECONDS:
+                return round(least / period)
+        return round(least / period) if ended else None
+
+    def _counted(self, burst: FloatArray, missing: int) -> FloatArray:
+        """Times of a burst before which so many samples are missing."""
+        period = self._host.period
+        self.lost += missing
+        self.away += missing if missing * period > LONG_GAP_SECONDS else 0
+        self._count += missing
+        if self._end is not None and period:
+            self._late.append(float(burst[-1]) - self._end - (len(burst) + missing) * period)
+        self._end = float(burst[-1])
+        if self._first is None:
+            self._first, self._before = float(burst[-1]), len(burst) - 1
         indices = np.arange(self._count, self._count + len(burst), dtype=float)
         self._count += len(burst)
         return self._host.feed(indices, float(burst[-1]))
 
     def _since_first(self, parts: list[FloatArray]) -> FloatArray:
-        return (self._first or 0.0) + np.concatenate(parts) if parts else np.zeros(0)
+        times = np.concatenate(parts) if parts else np.zeros(0)
+        if len(times) and self._origin is None:
+            self._origin = (self._first or 0.0) - self._before * self.period
+        return times + (self._origin or 0.0)

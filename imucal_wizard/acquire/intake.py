@@ -148,7 +148,7 @@ class Intake:
         if self._assembler is None or not self._assembler.missing.count:
             return ""
         missing = self._assembler.missing
-        return f"{missing.count} of {self.rows} rows have no number for {missing.where}"
+        return f"{missing.count} of {self.rows} rows have no number {missing.lacking}"
 
     @property
     def columns(self) -> tuple[Column, ...]:

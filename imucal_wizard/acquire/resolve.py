@@ -17,7 +17,13 @@ from imucal_wizard.acquire.decode.vocabulary import (
     squeeze_name,
     unit_belongs,
 )
-from imucal_wizard.acquire.host_clock import burst_pause, pauses, sampling_period
+from imucal_wizard.acquire.host_clock import (
+    burst_pause,
+    has_enough_ticks,
+    long_tick,
+    pauses,
+    sampling_period,
+)
 from imucal_wizard.acquire.setup import StreamSetup
 from imucal_wizard.core import units
 from imucal_wizard.core.gravity import are_whole_numbers
@@ -26,7 +32,6 @@ from imucal_wizard.core.output import sanitise
 from imucal_wizard.core.quantities import as_sentence
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.records import dataclass
-from imucal_wizard.core.statistics import median
 
 FIRST_ROWS = 25
 """Rows from which columns and units are guessed."""
@@ -356,17 +361,10 @@ def _timed(
     if time.unit and time.unit not in units.UNIT_FACTORS["time"]:
         return columns, ("columns",), (_no_unit(time, tuple(units.TIME_UNITS)),)
     doubt = _doubtful(ticks, time.unit)
-    bursts: tuple[str, ...] = ()
-    if burst_pause(ticks):
-        if arrivals is not None:
-            return (
-                dropped,
-                rate,
-                (f"The times jitter as if they were taken on arrival: {instead}.",),
-            )
-        bursts = (_BURSTS,)
+    if arrivals is not None and burst_pause(ticks):
+        return dropped, rate, (f"The times jitter as if they were taken on arrival: {instead}.",)
     if time.unit and not doubt:
-        return columns, (), (*bursts, *_contradicted(setup.rate, ticks, time.unit))
+        return columns, (), _contradicted(setup.rate, ticks, time.unit)
     if doubt and arrivals is None:
         return columns, ("columns",), (f"{doubt}Give the unit of the time column.",)
     if arrivals is None:
@@ -377,23 +375,18 @@ def _timed(
         return columns, ("columns",), (found.why,)
     if not found.unit:
         return dropped, rate, (f"{doubt}{found.why} It is not used; {instead}.",)
-    notes = (doubt + found.why, *bursts, *_contradicted(setup.rate, ticks, found.unit))
+    notes = (doubt + found.why, *_contradicted(setup.rate, ticks, found.unit))
     return _set_unit(columns, [place], found.unit), (), notes
-
-
-_BURSTS = (
-    "The times jitter as if they were taken on arrival, in bursts: the samples are spread evenly "
-    "over them. Let the device print its own time."
-)
 
 
 def _contradicted(rate: float | None, ticks: FloatArray, unit: str) -> tuple[str, ...]:
     """Message about a stated rate that contradicts the times."""
-    period = sampling_period(ticks * units.unit_factor("time", unit))
+    seconds = ticks * units.unit_factor("time", unit)
+    period = sampling_period(seconds)
     if rate is None or not period or abs(1.0 / period - rate) <= _RATE_TOLERANCE * rate:
         return ()
-    if burst_pause(ticks):  # they contradict nothing: the stated rate is used
-        return ()
+    if burst_pause(seconds) or long_tick(seconds):
+        return ()  # they contradict nothing: the stated rate is used
     message = (
         f"The stated rate of {rate:g} Hz was not used: the time column says {1.0 / period:.6g} Hz. "
         f"If the times are wrong, leave their column out."
@@ -405,8 +398,10 @@ def _doubtful(ticks: FloatArray, unit: str) -> str:
     """Message about a unit of time that implies an implausible sampling rate, or ""."""
     if not unit:
         return ""
-    steps = np.diff(ticks)
-    rate = 1.0 / (median(steps[steps > 0]) * units.unit_factor("time", unit))
+    period = sampling_period(ticks)
+    if not period:
+        return ""
+    rate = 1.0 / (period * units.unit_factor("time", unit))
     if _PLAUSIBLE_SAMPLING[0] <= rate <= _PLAUSIBLE_SAMPLING[1]:
         return ""
     return f"The time column in {unit} would mean {rate:.3g} samples/s. "
@@ -423,8 +418,9 @@ def first_rows(
         full: whether no more rows will be kept, so that these must be sufficient.
 
     Returns:
-        At least ``FIRST_ROWS`` rows that span half a second of device time; None while there are
-        too few. The same stream always gives the same rows.
+        At least ``FIRST_ROWS`` rows that span half a second of device time, and several ticks of a
+        coarse clock or several bursts; None while there are too few. The same stream always gives
+        the same rows.
     """
     place = next((i for i, c in enumerate(columns) if c.channel == "t"), None)
     if place is None:
@@ -435,7 +431,7 @@ def first_rows(
     steps = np.maximum(np.nan_to_num(np.diff(seconds, prepend=seconds[:1])), 0.0)
     past, seen = np.cumsum(steps), np.cumsum(pauses(steps))
     known = (seen == 0) | (seen >= MIN_PAUSES) | (past >= _LONGEST_FIRST_SECONDS)
-    enough = np.flatnonzero((past >= _FIRST_SECONDS) & known)
+    enough = np.flatnonzero((past >= _FIRST_SECONDS) & known & has_enough_ticks(steps))
     if not len(enough):
         return values if full else None
     return values[: max(int(enough[0]) + 1, FIRST_ROWS)]

@@ -72,7 +72,8 @@ class Blocks:
         moment: mean of the reading times its place in the block, −½ to ½, of the same shape: with
             it slow waves are told from fast ones that have the same means.
         temperature: mean temperature, °C, NaN where unknown, shape (m,).
-        gap: samples are missing in the block, or between it and the previous one, shape (m,).
+        gap: for as long as a block samples are missing in it, or between it and the previous one,
+            shape (m,).
         size: samples in each block.
     """
 
@@ -221,7 +222,12 @@ class BlockCutter:
         )
 
     def _gaps(self, time: FloatArray) -> BoolArray:
-        limit = MAX_SAMPLE_INTERVALS * self._interval
+        """Where a device may have moved unseen.
+
+        In less than a block it does not leave its rest and come back. The samples that are left
+        have the same mean, and their number is that of the block.
+        """
+        limit = self.size * self._interval
         steps = np.diff(time, axis=1)
         inside = ((steps > limit) | (steps < 0.0)).any(axis=1)
         if len(time):

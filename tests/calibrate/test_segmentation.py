@@ -185,6 +185,22 @@ def _with_gaps(plain: FitReport, samples: int) -> Readings:
     )
 
 
+@pytest.mark.parametrize("lost", [0.12, 0.3])
+def test_single_rows_that_are_missing_in_a_rest_do_not_break_it(
+    plain: FitReport, lost: float
+) -> None:
+    """Often several of them follow one another, and their holds are as good as whole ones."""
+    readings = session()
+    kept = np.random.default_rng(3).random(len(readings)) >= lost
+    both = readings.accelerometer, _gyroscope(readings)
+    left, rates = (Series(one.time[kept], one.values[kept], one.unit) for one in both)
+    report = fit_readings(Readings(left, rates))
+    assert len(report.holds) == len(plain.holds)
+    before, after = plain.sensors["accelerometer"], report.sensors["accelerometer"]
+    for old, new in zip(before.parameters, after.parameters, strict=True):
+        assert abs(new.value - old.value) < 3.0 * (new.standard_error or 0.0)
+
+
 def test_a_gap_of_two_samples_costs_no_rotation(plain: FitReport) -> None:
     """The rate changes little in 30 ms; in a fifth of a second it may do anything."""
     torn = fit_readings(_with_gaps(plain, 2))

@@ -93,6 +93,20 @@ def test_rows_without_a_number_are_left_out_and_counted(tmp_path: Path, word: st
     assert any("3 of 400 rows have no number for the accelerometer" in t for t in readings.warnings)
 
 
+def test_rows_with_one_empty_field_each_are_not_said_to_lack_all_columns(tmp_path: Path) -> None:
+    path, lines = written(tmp_path)
+    for place in range(20, 80):
+        fields = lines[place].split(",")
+        fields[1 + place % 6] = ""
+        lines[place] = ",".join(fields)
+    path.write_text("\n".join(lines) + "\n")
+    (said,) = [text for text in read_files([path]).warnings if "rows" in text]
+    assert said == (
+        "60 of 400 rows have no number in one or more of the columns ax, ay, az, gx, gy, gz; "
+        "left out"
+    )
+
+
 def test_a_last_line_cut_short_is_left_out(tmp_path: Path) -> None:
     path, _ = written(tmp_path)
     path.write_bytes(path.read_bytes()[:-4])

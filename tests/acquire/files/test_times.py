@@ -208,6 +208,94 @@ def test_samples_that_arrived_in_bursts_are_spread_evenly(
     assert not _told(readings, "Hz")
 
 
+def _shared(per_burst: int, rate: float, jitter: float) -> tuple[FloatArray, FloatArray]:
+    """Host times of bursts that a host reads so late, s, and the true times of the samples."""
+    count = max(6000, 40 * per_burst)
+    true = 5.0 + np.arange(count // per_burst * per_burst) / rate
+    ends = true[per_burst - 1 :: per_burst]
+    late = np.abs(np.random.default_rng(7).normal(0.0, jitter, len(ends)))
+    return np.repeat(np.maximum.accumulate(ends + late), per_burst), true
+
+
+@pytest.mark.parametrize("rate", [25.0, 100.0, 1000.0])
+@pytest.mark.parametrize("per_burst", [3, 8, 16, 25, 40, 64, 128])
+@pytest.mark.parametrize("name", ["t[s]", "t[ms]"])
+def test_samples_that_share_the_time_of_their_burst_are_spread_evenly(
+    tmp_path: Path, rate: float, per_burst: int, name: str
+) -> None:
+    """The jitter of the reading is far below the time between two bursts, which may be seconds."""
+    time, true = _shared(per_burst, rate, jitter=0.003)
+    readings = _timed(tmp_path, np.floor(1e3 * time) if name == "t[ms]" else time, name)
+    own = readings.accelerometer.time
+    np.testing.assert_allclose(np.diff(own), 1.0 / rate, rtol=3e-3)
+    np.testing.assert_allclose(own - true, np.mean(own - true), atol=0.01)
+    assert np.mean(own - true) == pytest.approx(0.0, abs=0.01)
+    assert _told(readings, "in bursts: the samples are spread evenly")
+    assert not _told(readings, "missing")
+
+
+@pytest.mark.parametrize("per_burst", [5, 16, 64])
+@pytest.mark.parametrize("lost", [7, 40, 300])
+def test_samples_that_are_missing_between_bursts_are_told(
+    tmp_path: Path, per_burst: int, lost: int
+) -> None:
+    """The bursts that follow are all late; those that the host read too late are caught up."""
+    time, true = _shared(per_burst, 100.0, jitter=0.002)
+    kept = np.ones(len(time), bool)
+    kept[40 * per_burst : 40 * per_burst + lost] = False
+    late = time[30 * per_burst] + 0.08
+    time[30 * per_burst :] = np.maximum(time[30 * per_burst :], late)
+    readings = _timed(tmp_path, time[kept], "t[s]")
+    own = readings.accelerometer.time
+    assert _told(readings, f"about {lost} samples are missing in 1 gap")
+    after = true[kept] > true[50 * per_burst]
+    assert np.ptp((own - true[kept])[after]) < 0.01
+    assert np.median(own - true[kept]) == pytest.approx(0.0, abs=0.01)
+
+
+def test_rows_with_empty_fields_are_counted_in_bursts(tmp_path: Path) -> None:
+    """The burst they came in shows their time like that of the others."""
+    time, true = _shared(16, 100.0, jitter=0.002)
+    values = samples(len(time))[:, 1:4]
+    gone = np.random.default_rng(1).random(len(time)) < 0.1
+    values[gone, 1] = np.nan
+    write(tmp_path / "a.csv", np.column_stack([time, values]), "t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]")
+    readings = read_files([tmp_path / "a.csv"])
+    np.testing.assert_allclose(readings.accelerometer.time, true[~gone], atol=0.01)
+    assert _told(readings, "in bursts")
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.002])
+def test_bursts_go_on_where_the_time_of_day_passes_midnight(tmp_path: Path, jitter: float) -> None:
+    time, _ = _shared(16, 100.0, jitter)
+    readings = _timed(tmp_path, (time + 86_400.0 - 30.0) % 86_400.0, "t[s]")
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, rtol=1e-2)
+    assert _told(readings, "counter was full")
+
+
+@pytest.mark.parametrize("per_burst", [3, 16, 64])
+def test_bursts_that_are_read_on_time_are_spread_evenly_and_not_said_to_jitter(
+    tmp_path: Path, per_burst: int
+) -> None:
+    readings = _timed(tmp_path, _shared(per_burst, 100.0, jitter=0.0)[0], "t[s]")
+    np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01, rtol=1e-3)
+    assert _told(readings, "Several samples share each time")
+    assert not _told(readings, "jitter")
+    assert not _told(readings, "missing")
+
+
+@pytest.mark.parametrize("tick", [0.001, 1 / 64, 0.0156001])
+@pytest.mark.parametrize("name", ["t[s]", "t[ms]"])
+def test_times_of_a_coarse_clock_are_not_taken_for_those_of_bursts(
+    tmp_path: Path, tick: float, name: str
+) -> None:
+    """Printed in milliseconds, the ticks of a computer's clock are 15 and 16."""
+    ticks = np.floor(np.arange(6000) / 1666.0 / tick) * tick
+    readings = _timed(tmp_path, np.floor(1e3 * ticks + 1e-6) if name == "t[ms]" else ticks, name)
+    assert readings.accelerometer.rate == pytest.approx(1666.0, rel=5e-3)
+    assert not readings.warnings
+
+
 def test_a_stated_rate_holds_for_samples_that_arrived_in_bursts(tmp_path: Path) -> None:
     readings = _timed(tmp_path, _in_bursts(np.random.default_rng(4)), "t[s]", rate=100.0)
     np.testing.assert_allclose(np.diff(readings.accelerometer.time), 0.01)
