@@ -78,7 +78,7 @@ class Lines:
         """The next lines; nothing after the last one."""
         if self.left <= 0:
             self.ended.set()
-            time.sleep(timeout)
+            time.sleep(timeout)  # as a port waits that is silent
             return b""
         if self._header:
             header, self._header = self._header, b""
@@ -125,7 +125,7 @@ def stream(seconds: float, outcome: Outcome) -> None:
     reader.start()
     reader.command("start")
     while source.left > 0.9 * count and time.monotonic() < CLOCK.end:
-        time.sleep(0.1)
+        time.sleep(0.1)  # the reader works meanwhile
     tenth = count - source.left
     memory, files, begin = _memory(), _descriptors(), time.monotonic()
     while not source.ended.wait(1.0):
@@ -179,7 +179,7 @@ def _session(path: Path, hours: float) -> Engine:
             engine.receive_all([(line, 0.01 * (number + k)) for k, line in enumerate(some)])
             number += len(some)
         while engine.journal.written < engine.journal.passed:  # these lines come faster than any
-            time.sleep(0.01)
+            time.sleep(0.01)  # device, so that the disk has to catch up
     engine.close()
     return engine
 

@@ -89,10 +89,10 @@ source = workshop.open_source(SourceChoice(SourceKind.PORT, sys.argv[1]))
 source.start()
 end = time.monotonic() + 60.0
 while "in use" not in source.snapshot().stream.problem and time.monotonic() < end:
-    time.sleep(0.02)
+    time.sleep(0.02)  # until the other program holds the port
 print(source.snapshot().stream.problem)
 source.stop()
-time.sleep(0.5)
+time.sleep(0.5)  # while the other program reads on
 """
 
 
@@ -110,7 +110,7 @@ def on_one_port() -> Iterator[str]:
             pty.send(b"t[s],ax[m/s^2],ay[m/s^2],az[m/s^2]\n")
             for k in range(LINES):
                 pty.send(b"%.2f,0.1,0.2,9.%03d\n" % (0.01 * k, k))
-                time.sleep(0.005)
+                time.sleep(0.005)  # at the pace of a device
             said = other.communicate(timeout=PATIENCE)[0]
             _until(lambda: source.snapshot().stream.samples >= LINES)
             kept = source.snapshot().stream
@@ -127,7 +127,7 @@ def _until(true: Callable[[], bool]) -> None:
     """Wait, but not for ever."""
     end = time.monotonic() + PATIENCE
     while not true() and time.monotonic() < end:
-        time.sleep(0.02)
+        time.sleep(0.02)  # between two looks
 
 
 _RESUMES = """
@@ -175,7 +175,7 @@ def on_one_catalogue(programs: int) -> Iterator[str]:
         folder = Path(place) / "sessions"
         names = [f"device {k}" for k in range(programs)]
         running = [_python(_ADDS, str(folder), name) for name in names]
-        time.sleep(0.3)
+        time.sleep(0.3)  # some of them have begun to add
         (folder / "catalogue.sqlite").unlink(missing_ok=True)
         for name, one in zip(names, running, strict=True):
             problems = one.communicate(timeout=PATIENCE)[1]
@@ -197,7 +197,7 @@ while True:
         session.commit()
     if number == 7:
         print("kept", flush=True)
-    time.sleep(0.0005)
+    time.sleep(0.0005)  # so that the copies fall between two writes
 """
 
 
@@ -208,7 +208,7 @@ def copies(count: int, chance: np.random.Generator) -> Iterator[str]:
         writer = _python(_WRITES, str(path))
         try:
             for k in range(count):
-                time.sleep(chance.uniform(0.05, 0.4))
+                time.sleep(chance.uniform(0.05, 0.4))  # at any moment of the writing
                 folder = Path(place) / f"copy {k}"
                 folder.mkdir()
                 ends = (("",), ("", "-wal"), ("-wal", ""), ("", "-wal", "-shm"))[k % 4]

@@ -29,9 +29,7 @@ from imucal_wizard.diagnose.reservation_text import (
 )
 from imucal_wizard.diagnose.unexplained_text import not_repeatable_text, unexplained_text
 from imucal_wizard.diagnose.verdict import Opinion, Terms, Verdict
-from imucal_wizard.estimate.second_stage.alignment import FAR_OFF
-from imucal_wizard.model.rows.field_closure import FieldClosure
-from imucal_wizard.model.rows.table import ResidualTable
+from imucal_wizard.estimate.second_stage.field_changes import only_headings_differ
 
 LISTED_EXPLANATIONS = 4
 FAMILIES = {
@@ -245,19 +243,6 @@ def _disturbed_beside(diagnosis: Diagnosis) -> list[str]:
     verb, them = ("disagree", "them") if len(places) > 1 else ("disagrees", "it")
     also = f"{capitalized(listed(places))} {verb} with all the rest beside this"
     return [f"{also}: measure {them} again; nothing has been deleted."]
-
-
-def only_headings_differ(table: ResidualTable, items: Sequence[int]) -> bool:
-    """Whether gravity closes these rotations, so that the field alone disagrees.
-
-    Args:
-        table: the rows.
-        items: the rotations, see ``ResidualTable.item``.
-    """
-    rows = np.isin(table.item, items)
-    far = np.abs(table.residual) > FAR_OFF * table.sigma
-    field = rows & (table.kind == FieldClosure.kind)
-    return bool(field.any() and table.moving[rows].all() and not far[rows & ~field].any())
 
 
 def _disturbed(diagnosis: Diagnosis, bench: Bench) -> list[str]:

@@ -20,7 +20,6 @@ from imucal_wizard.diagnose.recheck import RecheckVerdict, judge_field
 from imucal_wizard.diagnose.survey import add_by_itself, diagnose_benches, diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import (
-    only_headings_differ,
     spans_to_leave_out,
     verdict_text,
 )
@@ -30,6 +29,7 @@ from imucal_wizard.estimate.magnetometer.surroundings import by_current
 from imucal_wizard.estimate.magnetometer.surroundings import recorded as recorded_beside
 from imucal_wizard.estimate.recording import FitOptions, fit_readings
 from imucal_wizard.estimate.result import FitReport
+from imucal_wizard.estimate.second_stage.field_changes import only_headings_differ
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.simulate.magnetometer import TrueField
 from tests.calibrate.collecting import offline

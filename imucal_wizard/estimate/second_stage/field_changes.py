@@ -18,6 +18,7 @@ from imucal_wizard.core.statistics import robust_deviation
 from imucal_wizard.estimate.second_stage.alignment import FAR_OFF
 from imucal_wizard.model.rows.field_closure import FieldClosure, HeadingRows
 from imucal_wizard.model.rows.gravity_closure import carry
+from imucal_wizard.model.rows.table import ResidualTable
 
 MAX_PLACES_LISTED = 3
 """Changes that are told one by one; of more the number and the largest."""
@@ -57,6 +58,19 @@ def where_field_turned(source: FieldClosure, rows: HeadingRows) -> tuple[BoolArr
     closes = np.linalg.norm(gravity.residual.reshape(-1, 2), axis=1) <= shown
     far = np.abs(rows.residual) > FAR_OFF * sigma
     return far & closes & ~_may_be_the_gyroscope(source, rows, 2.0 * shown), sigma
+
+
+def only_headings_differ(table: ResidualTable, items: Sequence[int]) -> bool:
+    """Whether gravity closes these rotations, so that the field alone disagrees.
+
+    Args:
+        table: the rows.
+        items: the rotations, see ``ResidualTable.item``.
+    """
+    rows = np.isin(table.item, items)
+    far = np.abs(table.residual) > FAR_OFF * table.sigma
+    field = rows & (table.kind == FieldClosure.kind)
+    return bool(field.any() and table.moving[rows].all() and not far[rows & ~field].any())
 
 
 def field_angles(source: FieldClosure, rows: HeadingRows) -> FloatArray:
