@@ -93,10 +93,20 @@ class Motion:
     resting: FloatArray
 
 
-def recorded(motion: Motion, device: Device, rng: np.random.Generator) -> Readings:
-    """The motion as the device records it, with bias, scale and cross axes by chance."""
+def recorded(
+    motion: Motion, device: Device, rng: np.random.Generator, bias: FloatArray | None = None
+) -> Readings:
+    """The motion as the device records it, with bias, scale and cross axes by chance.
+
+    Args:
+        motion: what happens.
+        device: what records it.
+        rng: of its errors.
+        bias: of an accelerometer without other errors, m/s², shape (3,); None for one by chance.
+    """
     force = motion.force @ (np.eye(3) + 0.01 * rng.standard_normal((3, 3))).T
     force = force + 0.03 * G * rng.standard_normal(3)
+    force = force if bias is None else motion.force + bias
     rate = motion.rate @ (np.eye(3) + 0.01 * rng.standard_normal((3, 3))).T
     rate = rate + np.radians(0.5) * rng.standard_normal(3)
     white, slow = 1e-3 * G * device.noise, 1e-3 * G * device.flicker
@@ -250,6 +260,22 @@ def placed(
         force[begin : begin + len(rising)] += (
             1e-3 * G * settling * np.exp(-rising * dt / 0.5)[:, None] * sign
         )
+    return replace(motion, force=force)
+
+
+def settling_alike(motion: Motion, amplitude: FloatArray, seconds: float) -> Motion:
+    """The same with an accelerometer that reads too much when a hold begins, the same in each.
+
+    Args:
+        motion: what happens.
+        amplitude: on each axis, mg, shape (3,).
+        seconds: time constant, s.
+    """
+    force = motion.force.copy()
+    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], motion.resting, [0.0]])))
+    for first, past in edges.reshape(-1, 2):
+        since = motion.time[first:past] - motion.time[first]
+        force[first:past] += 1e-3 * G * np.exp(-since / seconds)[:, None] * amplitude
     return replace(motion, force=force)
 
 

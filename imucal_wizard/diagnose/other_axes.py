@@ -75,8 +75,8 @@ def with_axes(measured: RecheckData, axes: AxesBySensor) -> RecheckData:
 
 def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
     force, rate = (axes.get(name, np.eye(3)) for name in (ACCELEROMETER, GYROSCOPE))
-    whole = np.eye(7)
-    whole[:3, :3], whole[3:6, 3:6] = force, rate
+    whole, timed = np.eye(7), np.eye(4)
+    whole[:3, :3], whole[3:6, 3:6], timed[1:, 1:] = force, rate, force
 
     def moved(order: FloatArray, value: FloatArray | None) -> FloatArray | None:
         if value is None:
@@ -95,7 +95,7 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         gyroscope_quiet=moved(np.abs(rate), hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
         allan_covariances=moved(force, hold.allan_covariances),
-        accelerometer_course=moved(force, hold.accelerometer_course),
+        course=None if hold.course is None else hold.course @ timed.T,
     )
 
 

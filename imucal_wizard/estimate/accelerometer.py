@@ -19,6 +19,7 @@ from imucal_wizard.estimate.magnitude import make_problem, sphere, up_changes
 from imucal_wizard.estimate.noise import HoldNoise, hold_noise
 from imucal_wizard.estimate.parameters import nominal_angle, triangular_parameters, unit_of
 from imucal_wizard.estimate.result import GravityReference, SensorFit
+from imucal_wizard.estimate.settling import CommonSettling, common_settling
 from imucal_wizard.estimate.slow_errors import Fitted, SlowErrors
 from imucal_wizard.estimate.slow_kernels import flicker_between
 from imucal_wizard.estimate.slow_noise import (
@@ -78,6 +79,7 @@ class AccelerometerExperiment(Experiment):
         noise: of the holds.
         readings: what the holds were found in: beginning of the session, vibration.
         group: number of each hold's direction, shape (n,), where it is known.
+        settling: what of it the means of the holds still contain, where they show it.
     """
 
     sensor, error_unit, frame, method = ACCELEROMETER, "m/s^2", "own", "least_squares"
@@ -94,14 +96,16 @@ class AccelerometerExperiment(Experiment):
         noise: HoldNoise,
         readings: Readings | None = None,
         group: IntArray | None = None,
+        settling: CommonSettling | None = None,
     ) -> None:
         self.holds, self.gravity, self.unit = tuple(holds), gravity, unit
         self.identified, self.noise, self.readings = identified, noise, readings
-        self._start = calibration
+        self._start, self.settling = calibration, settling
         means = np.array([hold.accelerometer for hold in holds])
         self.up = unit_vectors((means - calibration.bias) @ calibration.matrix.T)
         gain = self.gain = float(np.linalg.norm(calibration.matrix, ord=2))
         group = group_directions(self.up) if group is None else group
+        means = means if settling is None else means - settling.left
         self.across = noise.across * gain**2
         self.circumstances = circumstances_of(holds, self.up, gravity, gain, readings)
         labels = RowLabels(
@@ -134,6 +138,11 @@ class AccelerometerExperiment(Experiment):
         self.slow_noise_measured = repeats >= MIN_REPEATS_OF_POSES or shown
         self.sources = (self.source,)
 
+    @property
+    def common_errors(self) -> FloatArray:
+        """See ``Experiment``."""
+        return super().common_errors if self.settling is None else self.settling.errors
+
     def validated(self, found: SensorFit, holds: Sequence[Hold]) -> SensorFit:
         """See ``Experiment``: the error of the size of gravity."""
         if not holds:
@@ -162,7 +171,8 @@ class AccelerometerExperiment(Experiment):
         if readings is None or readings is self.readings:
             return self
         args = self.holds, self.gravity, self.unit, self._start, self.identified, self.noise
-        return AccelerometerExperiment(*args, readings, self.source.labels.group)
+        group = self.source.labels.group
+        return AccelerometerExperiment(*args, readings, group, self.settling)
 
     def beside(self, found: SensorFit) -> Beside:
         """See ``Experiment``."""
@@ -288,7 +298,7 @@ class AccelerometerExperiment(Experiment):
         )
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
-        """See ``Experiment``: angles and scales that the poses do not determine."""
+        """See ``Experiment``: angles and scales that the poses do not determine, and settling."""
         modes = found.nominal_modes[:ENTRIES]
         return np.asarray(modes @ modes.T) if modes.shape[1] else None
 
@@ -390,8 +400,9 @@ def accelerometer_experiment(
     identified, system = found.experiment.identified, found.system
     left = system.residual / found.experiment.gain
     noise = found.experiment.noise.bounded(left, system.columns)
+    settling = common_settling(holds, found.experiment.up, found.experiment.gain, found.residual)
     args = holds, gravity, unit, found.calibration, identified, noise, readings
-    return AccelerometerExperiment(*args)
+    return AccelerometerExperiment(*args, settling=settling)
 
 
 def first_fit(

@@ -19,6 +19,7 @@ from imucal_wizard.model.terms import Terms
 if TYPE_CHECKING:
     from imucal_wizard.estimate.fit import Minimum
     from imucal_wizard.estimate.result import GravityReference, Parameter, SensorFit
+    from imucal_wizard.estimate.settling import CommonSettling
     from imucal_wizard.estimate.table_steps import TableData
 
 
@@ -103,6 +104,7 @@ class Experiment(ABC):
         shows_slow_noise: what the operator does to show it.
         slow_noise_not_excluded: slow noise from hold to hold that holds long enough to show some do
             not exclude although they show none, in ``error_unit``; 0 where that is not known.
+        settling: what of it all holds have in common; None where they show none.
     """
 
     sensor: str
@@ -125,6 +127,7 @@ class Experiment(ABC):
     unmeasured_slow_noise: str = "slow noise of the biases was not measured"
     shows_slow_noise: str = "repeat some poses or rest for a minute"
     slow_noise_not_excluded: float = 0.0
+    settling: "CommonSettling | None" = None
 
     @property
     def needs_reference(self) -> bool:
@@ -205,6 +208,11 @@ class Experiment(ABC):
         """Errors of usual size in what of M and b the rows do not determine, shape (12, k)."""
         del found
         return np.zeros((ENTRIES, 0))
+
+    @property
+    def common_errors(self) -> FloatArray:
+        """Errors that rows share and do not show, in steps of one standard deviation, (n, k)."""
+        return np.zeros((sum(len(one.labels) for one in self.sources), 0))
 
     def unseen(self, found: "Minimum[Experiment]") -> FloatArray | None:
         """What M and b may be wrong by beyond what independent rows leave, covariance, (12, 12).

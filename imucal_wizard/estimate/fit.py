@@ -231,13 +231,15 @@ class Minimum(Generic[E_co]):
 
     @cached_property
     def nominal_modes(self) -> FloatArray:
-        """Errors by what of the base stays nominal, each of usual size, shape (12 + p, k).
+        """Errors by what of the base stays nominal and by what rows share, shape (12 + p, k).
 
-        Of M and b and of the p sizes of effects. With rows J, weights W, prior P and the parameters
-        fitted F, an error δ of entries that stay nominal moves those fitted by
-        ``−(Fᵀ Jᵀ W J F + P)⁻¹ Fᵀ Jᵀ W J δ``.
+        Of M and b and of the p sizes of effects, each of usual size. With rows J, weights W, prior
+        P and the parameters fitted F, an error δ of entries that stay nominal moves those fitted by
+        ``−(Fᵀ Jᵀ W J F + P)⁻¹ Fᵀ Jᵀ W J δ``, and errors of the rows do so in place of ``J δ``.
         """
-        left, shift = self._left_nominal, self.pull() @ self._nominal_columns
+        common = self.independent.rows(self.experiment.common_errors)
+        left, pull = self._left_nominal, self.pull()
+        shift = np.concatenate([pull @ self._nominal_columns, pull @ common], axis=1)
         entries = self.directions.columns @ shift[: len(self.directions)]
         entries[:, : left.shape[1]] += left
         return np.concatenate([entries, shift[self.sizes]])

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from imucal_wizard.core.directions import farthest_from, unit_vectors
+from imucal_wizard.core.directions import farthest_from
 from imucal_wizard.core.limits.data_quality import USUAL_SAMPLING_RATES
 from imucal_wizard.core.limits.use import FAR_FROM_POSES_DEG, IMPLAUSIBLE_SCALE
 from imucal_wizard.core.notices import Notice, NoticeKind, of_kind
@@ -15,7 +15,6 @@ from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
-from imucal_wizard.estimate.distributions import exceeded
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import SensorFit, usual_scale
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
@@ -34,12 +33,10 @@ RATE_MISTAKES = (
 """Scales of a gyroscope that a mistaken unit makes."""
 RANGES = (-4, -3, -2, -1, 1, 2, 3, 4)
 """Powers of 2 between the ranges of one device: ±125 to ±2000 °/s, ±2 to ±16 g."""
-MIN_COURSES = 8
-"""Holds from which on a common course in them is looked for."""
-SETTLING_P = 1e-4
-"""Probability by chance of a common course below which the sensor settles."""
-SETTLING_SIGMAS = 3.0
-"""Standard errors of the course of an axis that is named."""
+SETTLING_SHARE = 0.9
+"""Share of a standard error that settling makes, above which noise makes less than half of it."""
+SETTLED_TIMES = 5.0
+"""Time constants after which settling is over: it has died out to less than a hundredth."""
 NEAR = 0.08
 """Relative difference from such a factor that an uncalibrated sensor can have."""
 
@@ -63,37 +60,23 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
 
 
 def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
-    """A warning if the bias moves in the same sense in most holds, as it does after each motion.
-
-    What moves the length of the force from the first third of a hold to the last is no tilt: it is
-    fitted by one change of the bias in all of them. How the rest of it scatters is the noise, which
-    a hand that sways or slow noise makes in either sense.
-    """
-    known = [one for one in holds if one.accelerometer_course is not None]
-    if len(known) < MIN_COURSES:
+    """A warning where what settling leaves in all holds outweighs the noise of the bias."""
+    found = None if fit.experiment is None else fit.experiment.settling
+    if found is None:
         return []
-    up = unit_vectors(np.array([one.accelerometer for one in known]) - fit.bias)
-    change = np.einsum("ni,ni->n", up, np.array([one.accelerometer_course for one in known]))
-    weight = np.sqrt([one.samples for one in known])
-    columns, change = up * weight[:, None], change * weight
-    moved, *_ = np.linalg.lstsq(columns, change, rcond=None)
-    freedom, left = len(known) - 3, change - columns @ moved
-    noise = max(float(left @ left) / freedom, 1e-300)
-    explained = float(change @ change) - float(left @ left)
-    if exceeded(explained / 3.0 / noise, 3.0, freedom) > SETTLING_P:
+    doubt, errors = found.doubt, [one.standard_error for one in fit.parameters[:3]]
+    axes = [i for i, e in enumerate(errors) if e is not None and doubt[i] > SETTLING_SHARE * e]
+    if not axes:
         return []
-    error = np.sqrt(noise * np.diag(np.linalg.pinv(columns.T @ columns)))
-    axes = np.flatnonzero(np.abs(moved) > SETTLING_SIGMAS * error)
-    if not len(axes):
-        return []
-    seconds = median([one.end - one.start for one in known])
-    sizes = listed([f"{AXES[i]} by {quantity(moved[i], fit.bias_unit, 2)}" for i in axes])
+    seconds = median([one.end - one.start for one in holds])
+    sizes = listed([f"{AXES[i]} by {quantity(doubt[i], fit.bias_unit, 2)}" for i in axes])
+    longer = number(max(SETTLED_TIMES * found.seconds, 2.0 * seconds), 1)
     text = (
-        f"the accelerometer still settles in its holds: from the first third of a hold to the last "
-        f"its reading changes on {sizes}, in the same sense throughout the session. Its bias is "
-        f"the mean over holds of {number(seconds, 2)} s, and that of a device that rests for "
-        "longer differs by half of this or more. Leave the device still for several times as long "
-        "in each pose"
+        "the accelerometer still settles in its holds, in the same sense throughout the session, "
+        f"with a time constant of about {number(found.seconds, 1)} s. Holds of "
+        f"{number(seconds, 2)} s do not show where it ends: what the device reads when it rests "
+        f"for longer is uncertain on {sizes}, as the standard errors say. Leave the device still "
+        f"for at least {longer} s in each pose"
     )
     return [Notice(text, NoticeKind.SETTLING, "accelerometer")]
 

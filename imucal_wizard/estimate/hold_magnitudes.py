@@ -161,6 +161,9 @@ class HoldMagnitudes:
             modes = self._nominal_modes(rows, Parameters(matrix, bias), pull)
             if found.each_axis_alone:
                 modes = modes[:, : modes.shape[1] // 2]
+            common = np.zeros((ENTRIES, experiment.common_errors.shape[1]))
+            common[list(ENTRY_OF)] = pull @ experiment.common_errors
+            modes = np.concatenate([modes, common], axis=1)
             with_nominal = whole + modes @ modes.T
             covariance = with_nominal[np.ix_(ENTRY_OF, ENTRY_OF)]
 

@@ -17,6 +17,7 @@ from imucal_wizard.core.limits.stillness import (
     FINER_TIMES,
     GUARD_BLOCKS,
     HISTORY_BLOCKS,
+    LONGER_PIECE,
     MAX_SETTLING_SIGMA,
     MAX_SLOW_TO_FAST,
     MAX_SWAY,
@@ -81,8 +82,8 @@ class Hold:
         allan_covariances: of the accelerometer by the differences between its means over halves,
             quarters, eighths … of the hold, whose diagonals are Allan variances, shape (k, 3, 3),
             or None where the hold is short.
-        accelerometer_course: mean reading of the accelerometer in the last third less that in the
-            first, shape (3,), or None where the hold is short.
+        course: the accelerometer in consecutive pieces of the rest, before settling is taken off:
+            length, s, and mean reading, shape (k, 4), or None where it is not known.
     """
 
     start: float
@@ -102,7 +103,7 @@ class Hold:
     gyroscope_quiet: FloatArray | None = None
     sway: FloatArray | None = None
     allan_covariances: FloatArray | None = None
-    accelerometer_course: FloatArray | None = None
+    course: FloatArray | None = None
 
     def readings(self, series: Series) -> Series:
         """The samples of any sensor during this hold.
@@ -181,8 +182,6 @@ def hold_from(blocks: Blocks) -> Hold:
     turn = elapsed @ (blocks.mean - mean) + blocks.moment.mean(axis=0)
     turn *= (blocks.end[-1] - blocks.start[0]) / len(blocks)
     followed = turning and bool(np.isfinite(blocks.mean[:, 3:]).all())
-    third, force = len(blocks) // 3, blocks.mean_a
-    late, early = force[len(force) - third :], force[:third]
     return Hold(
         start=float(blocks.start[0]),
         end=float(blocks.end[-1]),
@@ -198,7 +197,6 @@ def hold_from(blocks: Blocks) -> Hold:
         gyroscope_turn=turn[3:] if turning and np.isfinite(turn[3:]).all() else None,
         sway=_sway(blocks) if followed else None,
         allan_covariances=_allan_covariances(blocks),
-        accelerometer_course=late.mean(axis=0) - early.mean(axis=0) if third else None,
     )
 
 
@@ -258,8 +256,23 @@ def hold_at_rest(
     """
     if _too_short(blocks):
         return None
-    piece = settled(trim_ends(blocks, step_a, step_g), step_a)
-    return None if _too_short(piece) or drifts(piece, step_a, gravity) else hold_from(piece)
+    rest = trim_ends(blocks, step_a, step_g)
+    piece = settled(rest, step_a)
+    if _too_short(piece) or drifts(piece, step_a, gravity):
+        return None
+    return replace(hold_from(piece), course=_course(rest))
+
+
+def _course(blocks: Blocks) -> FloatArray:
+    """See ``Hold``."""
+    edges, length = [0], 1.0
+    while len(blocks) - edges[-1] >= round(length) * (1.0 + LONGER_PIECE):
+        edges.append(edges[-1] + round(length))
+        length *= LONGER_PIECE
+    number = np.diff([*edges, len(blocks)])
+    force = np.add.reduceat(blocks.mean_a - blocks.mean_a[0], edges) / number[:, None]
+    seconds = number * (blocks.end[-1] - blocks.start[0]) / len(blocks)
+    return np.column_stack([seconds, blocks.mean_a[0] + force])
 
 
 def _too_short(blocks: Blocks) -> bool:

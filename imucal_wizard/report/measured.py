@@ -73,7 +73,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope and of
             the mean time, 7×7, or None.
         allan_covariances: of the accelerometer over halves, quarters … of the hold, k×3×3, or None.
-        accelerometer_course: its mean in the last third less that in the first, or None.
+        course: length, s, and mean of the accelerometer in pieces of the rest, k×4, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -97,7 +97,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     gyroscope_quiet: list[float] | None = None
     sway: list[list[float]] | None = None
     allan_covariances: list[list[list[float]]] | None = None
-    accelerometer_course: list[float] | None = None
+    course: list[list[float]] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -120,7 +120,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             gyroscope_quiet=_array(self.gyroscope_quiet),
             sway=_array(self.sway),
             allan_covariances=_array(self.allan_covariances),
-            accelerometer_course=_array(self.accelerometer_course),
+            course=_array(self.course),
         )
 
 
@@ -344,14 +344,15 @@ def wrong_measurements(
         )
         scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_quiet
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
-        courses = hold.gyroscope_turn, hold.accelerometer_course
-        vectors = (*means, *scatters, hold.previous, *courses)
+        vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
         if any(one is not None and len(one) != 3 for one in vectors):
             return f"{which} does not have three numbers of each sensor"
         if any(one is not None and not is_covariance(one, 3) for one in spreads):
             return f"{which} does not have a valid covariance of three axes"
         if hold.sway is not None and not is_covariance(hold.sway, 7):
             return f"{which} does not have a valid covariance of its sway"
+        if any(len(one) != 4 or not one[0] > 0.0 for one in hold.course or ()):
+            return f"{which} does not have a valid course: a length and three readings each"
         if any(value < 0.0 for one in scatters for value in one or ()):
             return f"{which} has a negative variance"
         if not hold.end > hold.start:
@@ -430,7 +431,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             gyroscope_quiet=_listed(hold.gyroscope_quiet),
             sway=_listed(hold.sway),
             allan_covariances=_listed(hold.allan_covariances),
-            accelerometer_course=_listed(hold.accelerometer_course),
+            course=_listed(hold.course),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)

@@ -230,12 +230,46 @@ def test_settling_that_outlasts_the_holds_is_told(size: float, seconds: float) -
     readings = spoilt(late, 25_906)
     report = fit_readings(readings)
     (told,) = report.warned("accelerometer", NoticeKind.SETTLING)
-    assert "changes on x by" in told
+    assert "is uncertain on x by" in told
     said = diagnose_benches(Benches(report, readings), {}, automatic=False)[0]
     assert said.verdict is not Verdict.COMPLETE
     assert said.verdict is not Verdict.NOT_REPEATABLE or "still settles" in said.says
     clean = fit_readings(spoilt(lambda _, since: np.zeros((len(since), 3)), 25_906))
     assert not clean.warned("accelerometer", NoticeKind.SETTLING)
+
+
+@pytest.mark.parametrize("in_proportion", [False, True])
+def test_settling_that_holds_share_is_taken_off(*, in_proportion: bool) -> None:
+    """No hold of three seconds shows where 5 mg·exp(−t/1.2 s) ends; all of them together do."""
+    up: list[FloatArray] = []
+
+    def late(number: int, since: FloatArray) -> FloatArray:
+        size = 5.0 * up[number] if in_proportion else np.array([5.0, -2.5, 0.0])
+        return np.outer(np.exp(-since / 1.2), size)
+
+    clean = spoilt(lambda _, since: np.zeros((len(since), 3)), 25_955)
+    motion = placed(Virtual(noise=0.1), np.random.default_rng([25_955, 5]), turns=1)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], motion.resting > 0.5, [0]))))
+    up += [motion.force[a:b].mean(axis=0) / G for a, b in edges.reshape(-1, 2)]
+    right = fit_readings(clean).sensors["accelerometer"]
+    found = fit_readings(spoilt(late, 25_955)).sensors["accelerometer"]
+    errors = np.array([one.standard_error for one in found.parameters])
+    both = zip(found.parameters, right.parameters, strict=True)
+    moved = [one.value - two.value for one, two in both]
+    assert (np.abs(moved) < 4.0 * errors).all()
+    assert np.abs(moved[:3]).max() < 1e-4 * G
+    assert np.abs(moved[3:6]).max() < 1e-4
+
+
+def test_a_drift_of_the_session_is_no_settling() -> None:
+    """It goes on between the holds."""
+    readings = spoilt(lambda _, since: np.zeros((len(since), 3)), 25_956)
+    series = readings.accelerometer
+    drift = 0.02 * G * np.outer(series.time / series.time[-1], [1.0, -0.5, 0.3])
+    drifting = replace(readings, accelerometer=replace(series, values=series.values + drift))
+    experiment = fit_readings(drifting).sensors["accelerometer"].experiment
+    assert experiment is not None
+    assert experiment.settling is None
 
 
 def test_rests_on_a_support_that_vibrates_are_used_though_they_disagree() -> None:

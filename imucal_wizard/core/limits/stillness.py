@@ -59,6 +59,9 @@ MIN_SETTLING_AXIS = 9.0
 TAIL_DOUBT = 0.2
 """Share of the rest of the settling that is not known after its removal: settling is only nearly
 exponential."""
+LONGER_PIECE = 1.4
+"""Length of each piece of a rest whose mean is kept over that of the one before: settling becomes
+slower. The first is one block."""
 MAX_SLOW_TO_FAST = 3.0
 """Slow variance of a hold (between its blocks) over its fast variance (within them), above which it
 is a slow motion: noise makes at most a quarter, a tremor above 3 Hz at most 2, a motion that lasts
