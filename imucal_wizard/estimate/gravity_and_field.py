@@ -35,6 +35,7 @@ from imucal_wizard.estimate.second_stage.clock_offset import Passage, clock_offs
 from imucal_wizard.estimate.second_stage.field_changes import (
     FieldChange,
     field_angles,
+    turned_in_hold,
     where_field_turned,
 )
 from imucal_wizard.estimate.second_stage.found import Added, SecondStage
@@ -227,6 +228,14 @@ def with_gyroscope(
     # of a component of the unit vector, by the noise of the samples
     doubts = dict(zip(places, (found.noise / found.magnitude) ** 2 / counts, strict=True))
     holds = report.holds
+    by_force = report.sensors["accelerometer"]
+    during = []
+    for index in sorted(set(range(len(holds))) - known.keys()):
+        part = calm.between(holds[index].start + offset, holds[index].end + offset)
+        series = replace(part, values=(part.values - aligned.bias) @ aligned.matrix.T)
+        fits = by_force, fit_before
+        during.append(turned_in_hold(index, holds[index], series, fits, found.noise))
+    stage = replace(stage, changes=tuple(one for one in during if one is not None))
     faulty = {(one.before.start, one.after.start) for one in report.rotations if one.problem}
     turns = [
         turn
@@ -256,7 +265,8 @@ def with_gyroscope(
     except DataError as error:
         return replace(stage, notes=(*stage.notes, str(error))), fit_before
     added = _added(source, fit_before, better)
-    stage = replace(stage, added=added, changes=changes)
+    every = sorted((*stage.changes, *changes), key=lambda one: one.before + one.after)
+    stage = replace(stage, added=added, changes=tuple(every))
     note = _why_gravity_alone(fit_before, better, added, found)
     return (replace(stage, notes=(*stage.notes, note)), fit_before) if note else (stage, better)
 

@@ -1,6 +1,7 @@
 """The second stage: alignment by constant dip, clocks, the gyroscope by two references, heading."""
 
 import json
+import re
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.hand_motion import Device, placed, recorded
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.notices import NoticeKind
@@ -350,3 +352,25 @@ def test_the_magnetometer_shows_that_the_accelerometers_axes_are_exchanged() -> 
     (said,) = (text for text in report.warnings if "do not match" in text)
     assert said.startswith("the accelerometer's axes do not match those of the gyroscope and the")
     assert "take its x, y, z from +y, +x, +z" in said
+
+
+@pytest.mark.parametrize("degrees", [0.0, 3.0, 30.0, -90.0])
+def test_a_field_that_turns_while_the_device_rests_is_told_of_that_hold(degrees: float) -> None:
+    """No rotation shows it: the field of such a hold is none."""
+    rng = np.random.default_rng(25_971)
+    device = Device()
+    motion = placed(device, rng, turns=2)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0.0], motion.resting, [0.0]])))
+    begin, past = edges.reshape(-1, 2)[8]
+    turning = np.clip((np.arange(len(motion.time)) - (begin + past) / 2) / 20 + 0.5, 0.0, 1.0)
+    level = 20.0 * np.exp(1j * np.radians(degrees) * turning)
+    world = np.column_stack([level.real, level.imag, np.full(len(level), -43.0)])
+    field = motion.attitude.inv().apply(world) + 0.04 * rng.standard_normal(world.shape)
+    series = Series(motion.time, field + np.array([3.0, -8.0, 5.0]), "uT")
+    report = fit_readings(replace(recorded(motion, device, rng), magnetometer=series))
+    told = report.warned("magnetometer", NoticeKind.FIELD_TURNED)
+    if not degrees:
+        assert not told
+    else:
+        (said,) = re.findall(r"during hold 9 by (\S+)°", " ".join(told))
+        assert float(said) == pytest.approx(abs(degrees), abs=0.3)

@@ -7,30 +7,39 @@ A gyroscope that reads a rotation wrongly errs about the axis of that rotation, 
 this unless that axis is vertical.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.quantities import listed
-from imucal_wizard.core.readings import BoolArray, FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import robust_deviation
+from imucal_wizard.estimate.result import SensorFit
 from imucal_wizard.estimate.second_stage.alignment import FAR_OFF
+from imucal_wizard.measurement.holds import Hold
 from imucal_wizard.model.rows.field_closure import FieldClosure, HeadingRows
 from imucal_wizard.model.rows.gravity_closure import carry
 from imucal_wizard.model.rows.table import ResidualTable
 
+ENDS_OF_HOLD = 0.1
+"""Part of a hold at either end whose mean field is compared."""
+MIN_SAMPLES_AT_END = 3
+ALLOWED_TURN = 0.003
+"""Rad by which a field seems to turn with a device that a hand or a soft table lets turn: 0.2°."""
 MAX_PLACES_LISTED = 3
 """Changes that are told one by one; of more the number and the largest."""
 
 
 @dataclass(frozen=True)
 class FieldChange:
-    """A rotation that gravity closes and the field does not.
+    """A rotation that gravity closes and the field does not, or a hold in which the field turned.
 
     Attributes:
         before: index of the hold before.
-        after: index of the hold after.
+        after: index of the hold after; the same where the field turned in a hold.
         angle: by which the field turned about the vertical meanwhile, rad.
         error: standard deviation of the angle, rad.
     """
@@ -58,6 +67,37 @@ def where_field_turned(source: FieldClosure, rows: HeadingRows) -> tuple[BoolArr
     closes = np.linalg.norm(gravity.residual.reshape(-1, 2), axis=1) <= shown
     far = np.abs(rows.residual) > FAR_OFF * sigma
     return far & closes & ~_may_be_the_gyroscope(source, rows, 2.0 * shown), sigma
+
+
+def turned_in_hold(
+    index: int, hold: Hold, series: Series, fits: tuple[SensorFit, SensorFit], noise: float
+) -> FieldChange | None:
+    """By how much the field turned about the vertical while the device was at rest; None if not.
+
+    A device that turned about the vertical has the gyroscope read that.
+
+    Args:
+        index: of the hold.
+        hold: with a mean reading of the gyroscope.
+        series: of the magnetometer during the hold.
+        fits: of the accelerometer and the gyroscope.
+        noise: of a reading of the corrected field, uT.
+    """
+    by_force, by_rate = fits
+    field, count = series.values, math.ceil(ENDS_OF_HOLD * len(series))
+    if hold.gyroscope is None or len(field) < 2 * MIN_SAMPLES_AT_END:
+        return None
+    count = max(count, MIN_SAMPLES_AT_END)
+    up = unit_vectors(by_force.matrix @ (hold.accelerometer - by_force.bias))
+    first, last = field[:count].mean(axis=0), field[-count:].mean(axis=0)
+    level = [one - up * (one @ up) for one in (first, last)]
+    length = float(np.linalg.norm(level[0]))
+    angle = math.atan2(float(np.cross(*level) @ up), float(level[0] @ level[1]))
+    seconds = float(series.time[-count:].mean() - series.time[:count].mean())
+    # in the body, the field turns back as the device turns
+    angle += float(by_rate.matrix @ (hold.gyroscope - by_rate.bias) @ up) * seconds
+    error = math.hypot(noise * math.sqrt(2.0 / count) / length, ALLOWED_TURN)
+    return FieldChange(index, index, angle, error) if abs(angle) > FAR_OFF * error else None
 
 
 def only_headings_differ(table: ResidualTable, items: Sequence[int]) -> bool:
@@ -126,7 +166,9 @@ def changes_text(changes: Sequence[FieldChange], sensor_fits: bool) -> str:
     while at <= last:
         one = changes[at]
         angle = f"{abs(np.degrees(one.angle)):.1f}°"
-        if at < last and _one_hold(one, changes[at + 1]):
+        if one.before == one.after:
+            places.append(f"during hold {one.after + 1} by {angle}")
+        elif at < last and _one_hold(one, changes[at + 1]):
             places.append(f"in hold {one.after + 1} by {angle}")
             at += 1
         else:
@@ -142,14 +184,17 @@ def changes_text(changes: Sequence[FieldChange], sensor_fits: bool) -> str:
     )
     if not sensor_fits:
         causes = "Iron, a magnet or a current changed nearby, or the magnetometer itself"
+    at_rest = sum(one.before == one.after for one in changes)
+    why = ["gravity closes the rotations there and the field does not"] * (at_rest < len(changes))
+    why += ["gyroscope and accelerometer were at rest in it"] * (at_rest > 0)
     return (
-        f"the field turned about the vertical {said}: gravity closes the rotations there and the "
-        f"field does not. {causes}; headings in different fields cannot be compared, and the "
-        "gyroscope is fitted without them"
+        f"the field turned about the vertical {said}: {'; '.join(why)}. {causes}; headings in "
+        "different fields cannot be compared, and the gyroscope is fitted without them"
     )
 
 
 def _one_hold(one: FieldChange, other: FieldChange) -> bool:
     """Whether the field turned for one hold and back."""
     both = np.hypot(one.error, other.error)
-    return one.after == other.before and abs(one.angle + other.angle) < FAR_OFF * both
+    adjoin = one.after == other.before and other.before < other.after
+    return adjoin and abs(one.angle + other.angle) < FAR_OFF * both
