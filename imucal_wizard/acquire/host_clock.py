@@ -412,7 +412,8 @@ class BurstClock:
                 return 0
             if place >= _BURSTS_TO_CATCH_UP and burst[-1] - bursts[0][-1] > _STALL_SECONDS:
                 return round(least / period)
-        return round(least / period) if ended else None
+        # the recording may end within the last burst, which is then short
+        return (round(least / period) if len(bursts) > 1 else 0) if ended else None
 
     def _counted(self, burst: FloatArray, missing: int) -> FloatArray:
         """Times of a burst before which so many samples are missing."""

@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from imucal_wizard.acquire.clock import DeviceClock, SampleCounter
-from imucal_wizard.acquire.host_clock import HostClock, RateFit, sampling_period, time_quantum
+from imucal_wizard.acquire.host_clock import (
+    BurstClock,
+    HostClock,
+    RateFit,
+    sampling_period,
+    time_quantum,
+)
 from imucal_wizard.core.limits.data_quality import RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import FloatArray
 
@@ -163,6 +169,16 @@ def test_samples_lost_in_a_silence_leave_a_gap_of_its_length() -> None:
     assert clock.lost == pytest.approx(100, abs=5)
     assert float(np.max(np.diff(times))) == pytest.approx(1.0, abs=0.06)
     assert times[-1] == pytest.approx(9.9, abs=0.1)
+
+
+@pytest.mark.parametrize("tick", [0.05, 0.11, 1.0])
+def test_a_recording_may_end_within_a_tick_and_lacks_nothing(tick: float) -> None:
+    """The samples of the last tick are fewer, and seem to be late for those to come."""
+    even = np.arange(3003) / 100.0
+    clock = BurstClock(1.0, 0.5 * tick, None)
+    times = np.concatenate([clock.feed(np.floor(even / tick) * tick), clock.flush()])
+    assert clock.lost == 0
+    np.testing.assert_allclose(np.diff(times), 0.01, rtol=0.02)
 
 
 def test_a_known_rate_needs_no_warming_up() -> None:
