@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from imucal_wizard.acquire.clock import LONG_GAP_SECONDS, TimeSmoother
+from imucal_wizard.acquire.host_clock import BurstClock
 from imucal_wizard.core.limits.data_quality import MAX_STEP_RATIO, RESTART_GAP_SECONDS
 from imucal_wizard.core.readings import ComplexArray, FloatArray, across_restarts
 from imucal_wizard.core.statistics import median
@@ -26,6 +27,9 @@ _MAX_WANDER = 0.3
 _MIN_RESULTANT = 0.3
 """Mean resultant length of the phases of so many samples, below which they lie about no even times:
 a uniform jitter by ±0.375 intervals gives 0.3, and independent phases give 0.06."""
+_MIN_DELAYS = 0.25
+"""Jitter of the steps in sampling intervals, above which samples are so late that the phases of
+their times may not tell to which interval they belong."""
 _MAX_SHIFTED = 10
 """Samples in a row that are late by half an interval."""
 _LEVEL_SIGMAS = 3.0
@@ -148,6 +152,27 @@ def without_jitter(time: FloatArray) -> FloatArray | None:
     return np.maximum.accumulate(_apart(np.concatenate(even), period))
 
 
+def evenly_arrived(time: FloatArray) -> FloatArray | None:
+    """Even times of samples whose own were taken on arrival, with delays of any size.
+
+    None where the times hardly jitter, or wander off the course of the even ones: samples are
+    missing, which such times do not show one by one, or each was measured at its own time.
+
+    Args:
+        time: s, shape (n,), never decreasing.
+    """
+    usual = _usual_steps(time)
+    period = float(usual.mean()) if len(usual) > 2 * _JITTER_SAMPLES else 0.0
+    if not period > 0.0 or usual.std() < _MIN_DELAYS * period:
+        return None
+    clock = BurstClock(1.0, 0.0, None)
+    even = np.concatenate((clock.feed(time), clock.flush()))
+    late = time - even
+    course = _running_mean(late - late.mean(), _JITTER_SAMPLES)
+    wanders = float(course.std()) > _MAX_WANDER * float(late.std()) or clock.lost > 0
+    return None if len(even) < len(time) or wanders else even
+
+
 def _apart(even: FloatArray, period: float) -> FloatArray:
     """Even times of which no two samples have the same.
 
@@ -205,7 +230,7 @@ def _course(time: FloatArray, period: float) -> tuple[FloatArray, FloatArray, Fl
     return second * late, second * (slow - slow.mean()), np.abs(near)
 
 
-def _running_mean(values: ComplexArray, reach: int) -> ComplexArray:
+def _running_mean(values: ComplexArray | FloatArray, reach: int) -> ComplexArray:
     """Mean of each value and so many on either side; at the ends that of the first and last."""
     sums = np.concatenate([[0.0], np.cumsum(values)])
     width = min(2 * reach + 1, len(values))

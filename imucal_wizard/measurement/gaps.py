@@ -50,7 +50,8 @@ def gap_problem(part: Series, interval: float, before: Hold, after: Hold) -> str
     most = MAX_GAP_VARIANCE * _noise((before, after), float(part.time[-1] - part.time[0]))
     if not at_an_end and (error_across_gaps(part.time, part.values, interval) <= most).all():
         return None
-    return Notice(f"a gap of {gap:.2f} s: {unknown}", NoticeKind.GAP, "gyroscope")
+    text = f"a gap of {gap:.2f} s in its time stamps: {unknown}"
+    return Notice(text, NoticeKind.GAP, "gyroscope")
 
 
 def _noise(holds: Sequence[Hold], seconds: float) -> FloatArray:

@@ -156,10 +156,10 @@ def test_times_that_wander_by_themselves_stay_in_a_stream(tmp_path: Path) -> Non
 
 
 def test_times_of_arrival_about_no_even_ones_are_named(tmp_path: Path) -> None:
-    """Late by up to two intervals: what lies between two samples is not known."""
-    values = samples(600)
-    late = np.random.default_rng(2).exponential(0.008, 600)
-    values[:, 0] = np.maximum.accumulate(values[:, 0] + late)
+    """Late by up to two intervals, with samples missing that nothing shows one by one."""
+    rng = np.random.default_rng(2)
+    values = samples(3000)[rng.random(3000) >= 0.01]
+    values[:, 0] = np.maximum.accumulate(values[:, 0] + rng.exponential(0.008, len(values)))
     path = write(tmp_path / "a.csv", values)
     intake, _ = stream(path, 97)
     words = "jitter as if they were taken on arrival"

@@ -174,4 +174,4 @@ def test_gaps_cost_the_rotations_they_lie_in_and_nothing_else() -> None:
     report = fit_readings(_stamped(readings, time, keep))
     _assert_right(report)
     (said,) = (text for text in report.warnings if "rotations are not used" in text)
-    assert re.search(r"used: a gap of up to 0\.3\d s \(\d times\)$", said)
+    assert re.search(r"used: a gap of up to 0\.3\d s in its time stamps \(\d times\)$", said)

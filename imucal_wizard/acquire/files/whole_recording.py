@@ -15,7 +15,7 @@ from imucal_wizard.acquire.column_guess import (
     unit_note,
 )
 from imucal_wizard.acquire.copied_samples import copies, copies_note
-from imucal_wizard.acquire.even_times import JITTER_NOTE, without_jitter
+from imucal_wizard.acquire.even_times import JITTER_NOTE, evenly_arrived, without_jitter
 from imucal_wizard.acquire.silent_samples import (
     FIELD,
     INERTIAL,
@@ -124,7 +124,8 @@ def _evenly_timed(samples: FileSamples) -> FileSamples:
     found: dict[int, FloatArray | None] = {}
     for one in samples.series.values():
         if id(one.time) not in found:
-            found[id(one.time)] = without_jitter(one.time)
+            arrived = evenly_arrived(one.time)
+            found[id(one.time)] = without_jitter(one.time) if arrived is None else arrived
     series = dict(samples.series)
     for name, one in samples.series.items():
         even = found[id(one.time)]
