@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from imucal_wizard.core.limits.stillness import TAIL_DOUBT
-from imucal_wizard.core.readings import FloatArray
+from imucal_wizard.core.readings import BoolArray, FloatArray
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import complement
 from imucal_wizard.estimate.distributions import exceeded
@@ -58,7 +58,8 @@ def common_settling(
     """What settling leaves in the means of holds; None where they do not show any.
 
     Only the length of the force is judged: a device that still tilts is no sensor that settles. The
-    amplitude is the same in all holds on each axis, or grows in proportion to the force there.
+    time constant is the same in all holds. So is the amplitude on each axis, or it grows in
+    proportion to the force there; beyond that it differs by chance.
 
     Args:
         holds: n of them.
@@ -70,50 +71,60 @@ def common_settling(
     known = [i for i, course in courses.items() if len(course) > 2]
     if len(known) < MIN_COURSES:
         return None
+    every = [_course_of(holds[i].accelerometer, courses[i], gain * up[i]) for i in known]
+    sizes, left = np.array([one.size for one in every]), np.array([one.left for one in every])
+    slopes = np.array([one.slope for one in every])
     columns = up if len(known) < MIN_COURSES_FOR_SCALES else np.hstack([up, up**2])
-    each = [_of_hold(holds[i].accelerometer, courses[i], gain * up[i]) for i in known]
-    sizes, left, levers, slopes, whole = (np.array(one) for one in zip(*each, strict=True))
-    if _is_drift(holds, up, slopes, known, error):
+    alike = _alike(columns[known], sizes)
+    if not alike.any() or _is_drift(holds, up, slopes, known, error):
         return None
-    # which axes settle, by the time constant that explains most
-    count, freedom = columns.shape[1], len(known) - columns.shape[1]
-    found, variance, inverse = _nearest(columns[known], sizes)
-    explained = (sizes**2).sum(axis=0) / np.maximum(variance, 1e-300) - freedom
-    best = int(explained.argmax())
-    if exceeded(float(explained[best]) / count, count, freedom) > CHANCE:
-        return None
-    seen = found[:, best] ** 2 > MIN_SIGMAS**2 * variance[best] * np.diag(inverse)
-    seen = seen if seen.any() else np.ones(count, bool)
-    columns = columns[:, seen]
     # all time constants as likely beforehand; what an exponential of any amplitude leaves of the
     # course in each hold tells them apart
-    misfit = whole.sum() - (sizes**2).sum(axis=0)
+    misfit = sum(one.squares for one in every) - (sizes**2).sum(axis=0)
     pieces = sum(len(courses[i]) - 2 for i in known)
     likely = np.exp(-0.5 * pieces * (misfit / misfit.min() - 1.0))
     likely /= likely.sum()
+    columns = columns[:, alike]
     found, variance, inverse = _nearest(columns[known], left)
     mean = found @ likely
     apart = found - mean[:, None]
     covariance = float(likely @ variance) * inverse + (apart * likely) @ apart.T
     # holds differ in what they still contain, by more than the noise of finding it
     own = (left - columns[known] @ found) @ likely
-    noise = misfit.min() / max(pieces, 1) * float(((levers @ likely) ** 2).mean())
+    by_size = np.mean([(one.lever @ likely) ** 2 for one in every])
+    noise = float(misfit.min() / pieces * by_size)
     own *= max(1.0 - noise / max(float(likely @ variance), 1e-300), 0.0)
     # as much of it is taken off as is sure
     sure = float(mean @ mean / (mean @ mean + np.trace(covariance)))
     mean, rest = sure * mean, (1.0 - sure) * mean
     covariance += np.outer(rest, rest) + TAIL_DOUBT**2 * np.outer(mean, mean)
-    middle = int(np.searchsorted(np.cumsum(likely), 0.5))
     of_axes, of_doubt = np.zeros(6), np.zeros(6)
-    of_axes[:count][seen], of_doubt[:count][seen] = mean, np.diag(covariance)
+    of_axes[: len(alike)][alike], of_doubt[: len(alike)][alike] = mean, np.diag(covariance)
     in_each = of_axes[:3] + of_axes[3:] * up
     in_each[known] += sure * own[:, None] * up[known]
     return CommonSettling(
-        seconds=float(TIMES[middle]),
+        seconds=float(TIMES[np.searchsorted(np.cumsum(likely), 0.5)]),
         left=in_each / gain,
         doubt=np.sqrt(of_doubt[:3] + of_doubt[3:]) / gain,
         errors=columns @ principal_steps(covariance),
     )
+
+
+def _alike(columns: FloatArray, sizes: FloatArray) -> BoolArray:
+    """Which of the columns settle alike in all holds, by the time constant that explains most.
+
+    Args:
+        columns: shape (n, p).
+        sizes: amplitudes in the holds with each time constant, shape (n, t).
+    """
+    count, freedom = columns.shape[1], len(columns) - columns.shape[1]
+    found, variance, inverse = _nearest(columns, sizes)
+    explained = (sizes**2).sum(axis=0) / np.maximum(variance, 1e-300) - freedom
+    best = int(explained.argmax())
+    if exceeded(float(explained[best]) / count, count, freedom) > CHANCE:
+        return np.zeros(count, bool)
+    seen = found[:, best] ** 2 > MIN_SIGMAS**2 * variance[best] * np.diag(inverse)
+    return np.asarray(seen if seen.any() else np.ones(count, bool))
 
 
 def _nearest(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -134,38 +145,50 @@ def _nearest(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
     return found, variance, np.asarray(inverse, np.float64)
 
 
-def _of_hold(
-    reading: FloatArray, course: FloatArray, along: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, float, float]:
-    """Settling of one hold along a direction with each time constant.
+@dataclass(frozen=True, eq=False)
+class _Course:
+    """The force of one hold along its direction, by an exponential of each of t time constants.
+
+    Attributes:
+        size: its amplitude, in units in which white noise is alike in all holds, shape (t,).
+        left: what it leaves in the mean of the hold, m/s², shape (t,).
+        lever: by how much an error of the amplitude moves that, shape (t,).
+        slope: of a straight line, m/s³.
+        squares: about the mean, in the unit of the amplitude squared.
+    """
+
+    size: FloatArray
+    left: FloatArray
+    lever: FloatArray
+    slope: float
+    squares: float
+
+
+def _course_of(reading: FloatArray, course: FloatArray, along: FloatArray) -> _Course:
+    """The course of a hold along a direction.
 
     Args:
         reading: mean of the hold, shape (3,).
         course: see ``Hold``.
         along: the direction times the gain, shape (3,).
-
-    Returns:
-        The amplitude in units in which white noise is alike in all holds, shape (t,), what settling
-        leaves in the mean of the hold, shape (t,), by how much an error of the amplitude moves
-        that, shape (t,), the slope of a straight line, per second, and the sum of squares about the
-        mean in the units of the amplitude.
     """
     seconds, read = course[:, 0], course[:, 1:] @ along
     share, ends = seconds / seconds.sum(), np.cumsum(seconds)
-    starts = ends - seconds
+    each, middle = TIMES[:, None], ends - 0.5 * seconds
     # the mean of exp(−t/τ) over each piece
-    fading = np.exp(-starts / TIMES[:, None]) * -np.expm1(-seconds / TIMES[:, None])
-    fading *= TIMES[:, None] / seconds
-    mean, middle = fading @ share, 0.5 * (starts + ends)
+    fading = np.exp((seconds - ends) / each) * -np.expm1(-seconds / each) * each / seconds
+    mean, level = fading @ share, float(share @ read)
     fading -= mean[:, None]
     norm = np.sqrt(fading**2 @ seconds)
-    size = fading @ (seconds * read) / norm
-    lever = mean / norm
-    asymptote = share @ read - size * lever
+    size, lever = fading @ (seconds * read) / norm, mean / norm
     line = seconds * (middle - share @ middle)
-    slope = float(line @ read / (line @ middle))
-    whole = seconds @ (read - share @ read) ** 2
-    return size, reading @ along - asymptote, lever, slope, whole
+    return _Course(
+        size=size,
+        left=float(reading @ along) - level + size * lever,
+        lever=lever,
+        slope=float(line @ read / (line @ middle)),
+        squares=float(seconds @ (read - level) ** 2),
+    )
 
 
 def _is_drift(
