@@ -68,12 +68,13 @@ def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
     axes = [i for i, e in enumerate(errors) if e is not None and doubt[i] > SETTLING_SHARE * e]
     if not axes:
         return []
-    seconds = median([one.end - one.start for one in holds])
+    rests = [one.course[:, 0].sum() for one in holds if one.course is not None]
+    seconds = median(rests)
     sizes = listed([f"{AXES[i]} by {quantity(doubt[i], fit.bias_unit, 2)}" for i in axes])
     longer = number(max(SETTLED_TIMES * found.seconds, 2.0 * seconds), 1)
     text = (
         "the accelerometer still settles in its holds, in the same sense throughout the session, "
-        f"with a time constant of about {number(found.seconds, 1)} s. Holds of "
+        f"with a time constant of about {number(found.seconds, 1)} s. Rests of "
         f"{number(seconds, 2)} s do not show where it ends: what the device reads when it rests "
         f"for longer is uncertain on {sizes}, as the standard errors say. Leave the device still "
         f"for at least {longer} s in each pose"
