@@ -147,8 +147,10 @@ class AccelerometerExperiment(Experiment):
         """See ``Experiment``: the error of the size of gravity."""
         if not holds:
             return found
-        means = np.array([hold.accelerometer for hold in holds])
-        return with_new_holds(found, found.correct(means, self._around(holds)), self.gravity)
+        means, around = np.array([hold.accelerometer for hold in holds]), self._around(holds)
+        if self.settling is not None:
+            means = means - self.settling.in_holds(around.force / self.gravity)
+        return with_new_holds(found, found.correct(means, around), self.gravity)
 
     def _around(self, holds: Sequence[Hold]) -> Circumstances:
         """Circumstances of further holds of the same session, one row for each."""

@@ -41,6 +41,8 @@ class CommonSettling:
     Attributes:
         seconds: its time constant, s: the middle one of all that agree with the holds.
         left: what it leaves in the mean reading of each hold, shape (n, 3).
+        alike: the part of that which any hold of the session has, on each axis and for each unit of
+            its direction up there, shape (2, 3).
         doubt: standard deviation of what it leaves in the reading of an axis that points up, (3,).
         errors: the doubt about the force along gravity in each hold, m/s², by independent steps of
             one standard deviation, shape (n, k).
@@ -48,8 +50,14 @@ class CommonSettling:
 
     seconds: float
     left: FloatArray
+    alike: FloatArray
     doubt: FloatArray
     errors: FloatArray
+
+    def in_holds(self, up: FloatArray) -> FloatArray:
+        """What it leaves in the mean readings of other holds with these directions, (m, 3)."""
+        constant, in_proportion = self.alike
+        return np.asarray(constant + in_proportion * up)
 
 
 def common_settling(
@@ -105,6 +113,7 @@ def common_settling(
     return CommonSettling(
         seconds=float(TIMES[np.searchsorted(np.cumsum(likely), 0.5)]),
         left=in_each / gain,
+        alike=of_axes.reshape(2, 3) / gain,
         doubt=np.sqrt(of_doubt[:3] + of_doubt[3:]) / gain,
         errors=columns @ principal_steps(covariance),
     )

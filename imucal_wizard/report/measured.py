@@ -74,6 +74,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
             the mean time, 7×7, or None.
         allan_covariances: of the accelerometer over halves, quarters … of the hold, k×3×3, or None.
         course: length, s, and mean of the accelerometer in pieces of the rest, k×4, or None.
+        settling: what settling leaves in the mean, which is taken off it, or None.
         hand_held: taken on the operator's command although the device was not still.
     """
 
@@ -98,6 +99,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
     sway: list[list[float]] | None = None
     allan_covariances: list[list[list[float]]] | None = None
     course: list[list[float]] | None = None
+    settling: list[float] | None = None
     hand_held: bool = False
 
     def hold(self) -> Hold:
@@ -105,7 +107,7 @@ class HoldMeans(msgspec.Struct, frozen=True):
         return Hold(
             start=self.start,
             end=self.end,
-            accelerometer=np.array(self.accelerometer),
+            accelerometer=np.array(self.accelerometer) + np.array(self.settling or 0.0),
             accelerometer_covariance=np.array(self.accelerometer_covariance),
             gyroscope=_array(self.gyroscope),
             gyroscope_covariance=_array(self.gyroscope_covariance),
@@ -344,7 +346,7 @@ def wrong_measurements(
         )
         scatters = hold.accelerometer_scatter, hold.gyroscope_scatter, hold.gyroscope_quiet
         means = hold.accelerometer, hold.gyroscope, hold.magnetometer
-        vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn)
+        vectors = (*means, *scatters, hold.previous, hold.gyroscope_turn, hold.settling)
         if any(one is not None and len(one) != 3 for one in vectors):
             return f"{which} does not have three numbers of each sensor"
         if any(one is not None and not is_covariance(one, 3) for one in spreads):
@@ -408,12 +410,14 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
     """The holds of a fit."""
     fit = report.sensors.get("accelerometer")
     where = None if fit is None or fit.experiment is None else fit.experiment.circumstances
+    settling = None if fit is None or fit.experiment is None else fit.experiment.settling
+    off = np.zeros((len(report.holds), 3)) if settling is None else settling.left
     fields = _calm_fields(report)
     return [
         HoldMeans(
             start=hold.start,
             end=hold.end,
-            accelerometer=hold.accelerometer.tolist(),
+            accelerometer=(hold.accelerometer - off[row]).tolist(),
             accelerometer_covariance=hold.accelerometer_covariance.tolist(),
             gyroscope=_listed(hold.gyroscope),
             temperature=hold.temperature,
@@ -432,6 +436,7 @@ def hold_means(report: FitReport) -> list[HoldMeans]:
             sway=_listed(hold.sway),
             allan_covariances=_listed(hold.allan_covariances),
             course=_listed(hold.course),
+            settling=None if settling is None else off[row].tolist(),
             hand_held=hold.hand_held,
         )
         for row, hold in enumerate(report.holds)

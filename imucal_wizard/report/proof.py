@@ -352,11 +352,6 @@ def _wrong_grade(name: str, sensor: "Sensor") -> Iterator[str]:
         yield f"grade is good, but {why}"
     if (sensor.grade == "not-usable") is not worse:
         yield f"grade is {sensor.grade}, which its errors contradict"
-    whole = {"bias", "scale", "non-orthogonality"} <= set(
-        sensor.model
-    ) or "soft-iron" in sensor.model
-    if sensor.grade == "doubtful" and whole and not why:
-        yield "grade is doubtful, but its verdict and its errors are those of a good one"
 
 
 def _by_matrices(sensor: "Sensor") -> dict[str, float]:

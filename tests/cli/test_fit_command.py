@@ -2,15 +2,18 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from benchmarks.hand_motion import Device, placed, recorded, settling_alike
 from imucal_wizard.api import load
 from imucal_wizard.cli import main as cli
+from imucal_wizard.core.readings import Series
 from imucal_wizard.simulate.recording import simulate_recording
-from tests.cli.documents import fit_json
+from tests.cli.documents import fit_json, saved
 from tests.cli.flat import flat_recording
 from tests.shared_data import shared_data
 from tests.simulate.sensors import truth
@@ -275,3 +278,29 @@ def test_the_calibration_is_saved_although_nobody_reads_what_is_printed(
         given = "fit", str(recording), "--no-verdict", "--save", str(place)
         assert cli.main([*given, *options]) == 0
     assert set(load(place)) == {"accelerometer", "gyroscope"}
+
+
+@pytest.mark.parametrize("reason", ["settling", "unit", "turned field"])
+def test_what_is_saved_as_doubtful_is_read_by_all_commands(
+    reason: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its reason may be none of the figures in the file, and a mean may be corrected."""
+    rng, device = np.random.default_rng(25_980), Device()
+    motion = placed(device, rng, turns=2)
+    if reason == "settling":
+        motion = settling_alike(motion, np.array([5.0, -2.5, 5.0]), 2.0)
+    readings = recorded(motion, device, rng)
+    if reason == "turned field":
+        late = motion.time > 0.5 * motion.time[-1]
+        level = 20.0 * np.exp(1j * np.radians(20.0) * late)
+        world = np.column_stack([level.real, level.imag, np.full(len(late), -43.0)])
+        field = motion.attitude.inv().apply(world) * [1.05, 1.0, 0.95] + [3.0, -8.0, 5.0]
+        field += 0.04 * rng.standard_normal(world.shape)
+        readings = replace(readings, magnetometer=Series(motion.time, field, "uT"))
+    unit = "deg/s" if reason == "unit" else "rad/s"
+    path, place = saved(readings, tmp_path / "a.csv", unit), tmp_path / "a.json"
+    assert cli.main(["fit", str(path), "--save", str(place)]) == 0
+    assert "DOUBTFUL" in capsys.readouterr().out
+    assert "doubtful" in {one.grade for one in load(place).sensors.values()}
+    assert cli.main(["report", str(place), "--output", str(tmp_path / "a.html")]) == 0
+    assert cli.main(["diff", str(place), str(place)]) == 0

@@ -11,6 +11,7 @@ import imucal_wizard as iw
 from benchmarks.hand_motion import Device, G, placed, recorded
 from imucal_wizard.cli.main import main
 from imucal_wizard.core.errors import DataError
+from tests.cli.documents import saved
 
 
 @pytest.fixture(scope="module")
@@ -22,14 +23,7 @@ def spoilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
     numbers = np.cumsum(np.diff(motion.resting, prepend=0.0) > 0.0)
     pushes = 0.06 * G * rng.standard_normal((int(numbers.max()) + 1, 3))
     readings = recorded(replace(motion, force=motion.force + pushes[numbers]), device, rng)
-    assert readings.gyroscope is not None
-    table = np.column_stack([
-        readings.accelerometer.time, readings.accelerometer.values, readings.gyroscope.values
-    ])  # fmt: skip
-    units = ",".join([*(f"a{axis}[m/s^2]" for axis in "xyz"), *(f"g{a}[rad/s]" for a in "xyz")])
-    path = tmp_path_factory.mktemp("spoilt") / "spoilt.csv"
-    np.savetxt(path, table, fmt="%.7f", delimiter=",", header=f"t[s],{units}", comments="")
-    return path
+    return saved(readings, tmp_path_factory.mktemp("spoilt") / "spoilt.csv")
 
 
 def test_fit_says_so_and_saves_what_is_usable(

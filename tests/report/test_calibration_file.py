@@ -138,7 +138,6 @@ def test_a_place_that_cannot_be_written_says_what_to_do(tmp_path: Path) -> None:
         (lambda one: one.update(rms_before=5e-5), "good, but it is worse than no calibration"),
         (lambda one: one.update(limit=5e-3), "good, but these data cannot exclude errors above"),
         (lambda one: one.update(limit=5e-5), "grade is good, but the error is above the limit"),
-        (lambda one: one.update(grade="doubtful"), "doubtful, but its verdict and its errors"),
         (lambda one: one.update(grade="not-usable"), "grade is not-usable, which its errors"),
         (lambda one: one.update(verdict="missing"), "good, but the verdict is missing"),
         (lambda one: one.update(usable=False), "contradict that it is not usable"),
