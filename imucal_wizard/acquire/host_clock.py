@@ -387,7 +387,7 @@ class BurstClock:
         """Times of the bursts for which it is known whether samples are missing before them."""
         parts, known = [], 0
         for number in range(len(self._bursts)):
-            missing = self._missing(self._bursts[number:], ended=ended)
+            missing = self._missing(number, ended=ended)
             if missing is None:
                 break
             parts.append(self._counted(self._bursts[number], missing))
@@ -395,25 +395,28 @@ class BurstClock:
         del self._bursts[:known]
         return parts
 
-    def _missing(self, bursts: list[FloatArray], *, ended: bool) -> int | None:
-        """Number of samples missing before the first of these bursts; None if not yet known."""
-        period = self._host.period
+    def _missing(self, number: int, *, ended: bool) -> int | None:
+        """Number of samples missing before one of the waiting bursts; None if not yet known."""
+        period, first = self._host.period, self._bursts[number]
         if self._end is None or not period or len(self._late) < _WARM_UP_POINTS:
             return 0
         limit = _MIN_LATE_SAMPLES * period
-        if float(bursts[0][-1]) - self._end - len(bursts[0]) * period <= limit:
+        if float(first[-1]) - self._end - len(first) * period <= limit:
             return 0  # most bursts, for which the jitter need not be known
         limit = max(limit, _LATE_SIGMAS * robust_deviation(self._late))
         least, count = np.inf, 0
-        for place, burst in enumerate(bursts):
+        for place in range(number, len(self._bursts)):
+            burst = self._bursts[place]
             count += len(burst)
             least = min(least, float(burst[-1]) - self._end - count * period)
             if least <= limit:
                 return 0
-            if place >= _BURSTS_TO_CATCH_UP and burst[-1] - bursts[0][-1] > _STALL_SECONDS:
+            caught_up = place - number >= _BURSTS_TO_CATCH_UP
+            if caught_up and burst[-1] - first[-1] > _STALL_SECONDS:
                 return round(least / period)
         # the recording may end within the last burst, which is then short
-        return (round(least / period) if len(bursts) > 1 else 0) if ended else None
+        last = number + 1 == len(self._bursts)
+        return (0 if last else round(least / period)) if ended else None
 
     def _counted(self, burst: FloatArray, missing: int) -> FloatArray:
         """Times of a burst before which so many samples are missing."""

@@ -155,15 +155,17 @@ def test_times_that_wander_by_themselves_stay_in_a_stream(tmp_path: Path) -> Non
     assert not any("even ones" in text for text in intake.warnings)
 
 
-def test_times_of_arrival_about_no_even_ones_are_named(tmp_path: Path) -> None:
-    """Late by up to two intervals, with samples missing that nothing shows one by one."""
+@pytest.mark.parametrize("missing", [0.0, 0.01])
+def test_times_of_arrival_about_no_even_ones_are_named(tmp_path: Path, missing: float) -> None:
+    """Late by up to two intervals; a whole file shows the even times if no sample is missing."""
     rng = np.random.default_rng(2)
-    values = samples(3000)[rng.random(3000) >= 0.01]
+    values = samples(3000)[rng.random(3000) >= missing]
     values[:, 0] = np.maximum.accumulate(values[:, 0] + rng.exponential(0.008, len(values)))
     path = write(tmp_path / "a.csv", values)
     intake, _ = stream(path, 97)
     words = "jitter as if they were taken on arrival"
-    assert any(words in text for text in read_files([path]).warnings)
+    of_file = words if missing else "jitter about even ones"
+    assert any(of_file in text for text in read_files([path]).warnings)
     assert any(words in text for text in intake.warnings)
 
 
