@@ -31,6 +31,7 @@ from imucal_wizard.estimate.rate_table import RateTableExperiment
 from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import GravityReference
 from imucal_wizard.estimate.rotation_set import RotationSet, examined, rotation_set
+from imucal_wizard.estimate.settling import common_settling
 from imucal_wizard.estimate.split import principal_steps
 from imucal_wizard.estimate.table_steps import TableData
 from imucal_wizard.measurement.blocks import rest_in_words
@@ -337,6 +338,11 @@ class CalibratedAccelerometer(CalibratedSensor):
         def made(holds: Sequence[Hold]) -> AccelerometerExperiment:
             args = holds, gravity, self.unit, self.calibration, EVERYTHING, hold_noise(holds)
             found = AccelerometerExperiment(*args, measured.readings)
+            force = (found.source.reading - self.calibration.bias) @ self.calibration.matrix.T
+            error = np.linalg.norm(force, axis=1) - gravity
+            settling = common_settling(holds, found.up, found.gain, error)
+            if settling is not None:
+                found = AccelerometerExperiment(*args, measured.readings, settling=settling)
             found.source = replace(found.source, noise=found.source.noise + self.seat)
             found.sources = (found.source,)
             return found

@@ -79,7 +79,7 @@ class AccelerometerExperiment(Experiment):
         noise: of the holds.
         readings: what the holds were found in: beginning of the session, vibration.
         group: number of each hold's direction, shape (n,), where it is known.
-        settling: what of it the means of the holds still contain, where they show it.
+        settling: of the sensor, where the holds share it.
     """
 
     sensor, error_unit, frame, method = ACCELEROMETER, "m/s^2", "own", "least_squares"
@@ -147,10 +147,15 @@ class AccelerometerExperiment(Experiment):
         """See ``Experiment``: the error of the size of gravity."""
         if not holds:
             return found
-        means, around = np.array([hold.accelerometer for hold in holds]), self._around(holds)
-        if self.settling is not None:
-            means = means - self.settling.in_holds(around.force / self.gravity)
-        return with_new_holds(found, found.correct(means, around), self.gravity)
+        means = self.without_settling(np.array([hold.accelerometer for hold in holds]))
+        return with_new_holds(found, found.correct(means, self._around(holds)), self.gravity)
+
+    def without_settling(self, means: FloatArray) -> FloatArray:
+        """Means of further holds of the session without what settling leaves in them, (m, 3)."""
+        if self.settling is None:
+            return means
+        up = unit_vectors((means - self._start.bias) @ self._start.matrix.T)
+        return np.asarray(means - self.settling.in_holds(up))
 
     def _around(self, holds: Sequence[Hold]) -> Circumstances:
         """Circumstances of further holds of the same session, one row for each."""
@@ -300,7 +305,7 @@ class AccelerometerExperiment(Experiment):
         )
 
     def unseen(self, found: Minimum[Experiment]) -> FloatArray | None:
-        """See ``Experiment``: angles and scales that the poses do not determine, and settling."""
+        """See ``Experiment``: what the poses leave undetermined, and the doubt about settling."""
         modes = found.nominal_modes[:ENTRIES]
         return np.asarray(modes @ modes.T) if modes.shape[1] else None
 
@@ -402,7 +407,7 @@ def accelerometer_experiment(
     identified, system = found.experiment.identified, found.system
     left = system.residual / found.experiment.gain
     noise = found.experiment.noise.bounded(left, system.columns)
-    settling = common_settling(holds, found.experiment.up, found.experiment.gain, found.residual)
+    settling = common_settling(holds, found.experiment.up, found.experiment.gain, found.errors)
     args = holds, gravity, unit, found.calibration, identified, noise, readings
     return AccelerometerExperiment(*args, settling=settling)
 

@@ -104,7 +104,7 @@ class Experiment(ABC):
         shows_slow_noise: what the operator does to show it.
         slow_noise_not_excluded: slow noise from hold to hold that holds long enough to show some do
             not exclude although they show none, in ``error_unit``; 0 where that is not known.
-        settling: what of it all holds have in common; None where they show none.
+        settling: of the sensor, where all holds share it; None where they show none.
     """
 
     sensor: str

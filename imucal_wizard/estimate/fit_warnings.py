@@ -16,9 +16,11 @@ from imucal_wizard.core.statistics import median, root_mean_square
 from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.compensated import noticed
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
+from imucal_wizard.estimate.parameters import converted_covariance
 from imucal_wizard.estimate.result import SensorFit, usual_scale
 from imucal_wizard.measurement.clipping import CLIPPING_ADVICE, is_clipped, seconds_at_end
 from imucal_wizard.measurement.holds import Hold, Rotation
+from imucal_wizard.model.rows.source import ENTRIES
 
 RATE_MISTAKES = (
     (np.pi / 180.0, "the readings are in deg/s and were taken for rad/s"),
@@ -34,9 +36,11 @@ RATE_MISTAKES = (
 RANGES = (-4, -3, -2, -1, 1, 2, 3, 4)
 """Powers of 2 between the ranges of one device: ±125 to ±2000 °/s, ±2 to ±16 g."""
 SETTLING_SHARE = 0.9
-"""Share of a standard error that settling makes, above which noise makes less than half of it."""
+"""Share of a standard error by settling, above which noise makes less than half of that."""
 SETTLED_TIMES = 5.0
 """Time constants after which settling is over: it has died out to less than a hundredth."""
+LONGER_RESTS = 10.0
+"""The same in rests where no end is known: settling that they show is not much slower than that."""
 NEAR = 0.08
 """Relative difference from such a factor that an uncalibrated sensor can have."""
 
@@ -60,24 +64,33 @@ def accelerometer_warnings(fit: SensorFit, holds: Sequence[Hold]) -> list[str]:
 
 
 def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
-    """A warning where what settling leaves in all holds outweighs the noise of the bias."""
-    found = None if fit.experiment is None else fit.experiment.settling
-    if found is None:
+    """A warning where the doubt about settling in all holds outweighs noise in a parameter."""
+    experiment, found = fit.experiment, fit.minimum
+    if experiment is None or found is None or experiment.settling is None:
         return []
-    doubt, errors = found.doubt, [one.standard_error for one in fit.parameters[:3]]
-    axes = [i for i, e in enumerate(errors) if e is not None and doubt[i] > SETTLING_SHARE * e]
-    if not axes:
+
+    def named(entries: FloatArray) -> dict[str, float]:
+        return experiment.named(entries[:9].reshape(3, 3), entries[9:])
+
+    modes = found.nominal_modes[:ENTRIES, -experiment.common_errors.shape[1] :]
+    by_settling = converted_covariance(named, found.calibration.entries, modes @ modes.T)
+    uncertain = []
+    for one, variance in zip(fit.parameters, np.diag(by_settling), strict=False):
+        size = float(np.sqrt(max(variance, 0.0)))
+        if one.standard_error is not None and size > SETTLING_SHARE * one.standard_error:
+            uncertain.append(f"{one.name} by {quantity(size, one.unit, 2)}")
+    if not uncertain:
         return []
-    rests = [one.course[:, 0].sum() for one in holds if one.course is not None]
-    seconds = median(rests)
-    sizes = listed([f"{AXES[i]} by {quantity(doubt[i], fit.bias_unit, 2)}" for i in axes])
-    longer = number(max(SETTLED_TIMES * found.seconds, 2.0 * seconds), 1)
+    seconds, rests = experiment.settling.seconds, [one.course for one in holds]
+    rest = median([one[:, 0].sum() for one in rests if one is not None])
+    known = np.isfinite(seconds)
+    longer = max(SETTLED_TIMES * seconds, 2.0 * rest) if known else LONGER_RESTS * rest
+    how = f"with a time constant of about {number(seconds, 1)} s" if known else "all through them"
     text = (
         "the accelerometer still settles in its holds, in the same sense throughout the session, "
-        f"with a time constant of about {number(found.seconds, 1)} s. Rests of "
-        f"{number(seconds, 2)} s do not show where it ends: what the device reads when it rests "
-        f"for longer is uncertain on {sizes}, as the standard errors say. Leave the device still "
-        f"for at least {longer} s in each pose"
+        f"{how}. Rests of {number(rest, 2)} s do not show where it ends: uncertain by this, within "
+        f"their standard errors, are {listed(uncertain)}. Leave the device still for at least "
+        f"{number(longer, 1)} s in each pose"
     )
     return [Notice(text, NoticeKind.SETTLING, "accelerometer")]
 

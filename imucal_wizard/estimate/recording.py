@@ -7,6 +7,7 @@ them. What only a magnetometer needs is imported where there is one.
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, median_of_rows, sphere_centre
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import (
+    AccelerometerExperiment,
     accelerometer_experiment,
     check_means,
     with_new_holds,
@@ -461,7 +463,8 @@ def fit_holds(
         odd["accelerometer"] = _stands_out(place, accelerometer.outlier)
     up = accelerometer.reference.up
     if validation:
-        means = np.array([hold.accelerometer for hold in validation])
+        experiment = cast("AccelerometerExperiment", accelerometer.experiment)
+        means = experiment.without_settling(np.array([hold.accelerometer for hold in validation]))
         means = (means - accelerometer.bias) @ accelerometer.matrix.T
         accelerometer = with_new_holds(accelerometer, means, options.gravity)
         up = np.concatenate([up, unit_vectors(means)])

@@ -21,14 +21,21 @@ from imucal_wizard.measurement.holds import Hold
 
 TIMES = np.geomspace(0.1, 30.0, 49)
 """Time constants that are tried, s: neighbours differ by less than settling fits can tell."""
-MIN_COURSES = 8
-"""Holds from which on a common course in them is looked for."""
+MIN_COURSES = 11
+"""Holds from which on a common course in them is looked for: with nine parameters of a calibration,
+fewer hardly tell it from a drift."""
 MIN_COURSES_FOR_SCALES = 14
 """The same in proportion to the force, too, whose three sizes need as many holds more."""
 CHANCE = 1e-4
-"""Probability by chance of a common course, above which there is none."""
+"""Probability by chance of a common course with one time constant, above which there is none; of
+the best of all, noise exceeds it several times as often."""
 MIN_SIGMAS = 3.0
 """Standard errors of the amplitude on an axis, above which that axis settles with the others."""
+LONGEST = 0.1
+"""Likelihood of the longest time constant over that of the best one, from which on no end of the
+settling is known."""
+EXACT = 1e-12
+"""Of the squares of courses, what rounding leaves of those without noise."""
 MIN_DRIFT = 0.3
 """Share of the drift between holds that the course in them would make if it never ended, above
 which a drift of the session is what they show."""
@@ -39,11 +46,11 @@ class CommonSettling:
     """The settling that holds have in common.
 
     Attributes:
-        seconds: its time constant, s: the middle one of all that agree with the holds.
+        seconds: its time constant, s: the middle one of all that agree with the holds; infinite
+            where one longer than all that are tried may agree with them, too.
         left: what it leaves in the mean reading of each hold, shape (n, 3).
         alike: the part of that which any hold of the session has, on each axis and for each unit of
             its direction up there, shape (2, 3).
-        doubt: standard deviation of what it leaves in the reading of an axis that points up, (3,).
         errors: the doubt about the force along gravity in each hold, m/s², by independent steps of
             one standard deviation, shape (n, k).
     """
@@ -51,7 +58,6 @@ class CommonSettling:
     seconds: float
     left: FloatArray
     alike: FloatArray
-    doubt: FloatArray
     errors: FloatArray
 
     def in_holds(self, up: FloatArray) -> FloatArray:
@@ -88,7 +94,8 @@ def common_settling(
         return None
     # all time constants as likely beforehand; what an exponential of any amplitude leaves of the
     # course in each hold tells them apart
-    misfit = sum(one.squares for one in every) - (sizes**2).sum(axis=0)
+    squares = sum(one.squares for one in every)
+    misfit = np.maximum(squares - (sizes**2).sum(axis=0), EXACT * squares)
     pieces = sum(len(courses[i]) - 2 for i in known)
     likely = np.exp(-0.5 * pieces * (misfit / misfit.min() - 1.0))
     likely /= likely.sum()
@@ -106,15 +113,15 @@ def common_settling(
     sure = float(mean @ mean / (mean @ mean + np.trace(covariance)))
     mean, rest = sure * mean, (1.0 - sure) * mean
     covariance += np.outer(rest, rest) + TAIL_DOUBT**2 * np.outer(mean, mean)
-    of_axes, of_doubt = np.zeros(6), np.zeros(6)
-    of_axes[: len(alike)][alike], of_doubt[: len(alike)][alike] = mean, np.diag(covariance)
+    of_axes = np.zeros(6)
+    of_axes[: len(alike)][alike] = mean
     in_each = of_axes[:3] + of_axes[3:] * up
     in_each[known] += sure * own[:, None] * up[known]
+    known_seconds = float(TIMES[np.searchsorted(np.cumsum(likely), 0.5)])
     return CommonSettling(
-        seconds=float(TIMES[np.searchsorted(np.cumsum(likely), 0.5)]),
+        seconds=known_seconds if likely[-1] < LONGEST * likely.max() else np.inf,
         left=in_each / gain,
         alike=of_axes.reshape(2, 3) / gain,
-        doubt=np.sqrt(of_doubt[:3] + of_doubt[3:]) / gain,
         errors=columns @ principal_steps(covariance),
     )
 
@@ -219,6 +226,6 @@ def _is_drift(
     rate, *_ = np.linalg.lstsq(up[known], slopes, rcond=None)
     time = np.array([0.5 * (one.start + one.end) for one in holds])
     products = up[:, [0, 0, 0, 1, 1, 2]] * up[:, [0, 1, 2, 1, 2, 2]]
-    unseen = complement(np.hstack([up, products]))
+    unseen = complement(np.hstack([up, products]))  # by the parameters of a calibration
     moved = unseen.T @ (up @ rate * (time - time.mean()))
     return bool(moved @ (unseen.T @ error) > MIN_DRIFT * (moved @ moved))

@@ -353,7 +353,10 @@ def wrong_measurements(
             return f"{which} does not have a valid covariance of three axes"
         if hold.sway is not None and not is_covariance(hold.sway, 7):
             return f"{which} does not have a valid covariance of its sway"
-        if any(len(one) != 4 or not one[0] > 0.0 for one in hold.course or ()):
+        course = hold.course
+        if course is not None and not (
+            course and all(len(one) == 4 and one[0] > 0.0 for one in course)
+        ):
             return f"{which} does not have a valid course: a length and three readings each"
         if any(value < 0.0 for one in scatters for value in one or ()):
             return f"{which} has a negative variance"
