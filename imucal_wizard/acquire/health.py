@@ -192,8 +192,9 @@ _COUNTER = (
 _TIME = {
     "wrap": "The device's time restarted at zero because its counter was full. Time "
     "continues without a gap.",
-    "restart": "The device's time went back: it has restarted, or recordings were joined. Time "
-    "continues after a gap; a hold or rotation across it must be repeated.",
+    "restart": "The device's time went back: it has restarted, its clock was set back, its counter "
+    "began again, or recordings were joined. Time continues after a gap; a hold or rotation across "
+    "it must be repeated.",
     "jump": "The device's time jumped by more than an hour: a garbled line, or a clock that was "
     "set. Time continues after a gap; a hold or rotation across it must be repeated.",
 }

@@ -152,7 +152,8 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         by_rate = fit.unit == "rad" and scale == usual_scale(fit.matrix)[0]
         causes = "the unit, the range or the sampling rate" if by_rate else "the unit or the range"
         return (
-            f"its scale of about {number(scale, 2)} is impossible: {causes} is wrong, or a column"
+            f"its scale of about {number(scale, 2)} is impossible: {causes} is wrong, or the order "
+            "of the columns"
         )
     if diagnosis.warned(NoticeKind.AXES):
         return "its axes do not match the accelerometer's"

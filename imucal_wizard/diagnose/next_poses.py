@@ -176,14 +176,14 @@ def to_measure(
     """What to measure next whatever the verdict, and between which two effects that decides.
 
     What the verdict asks for; where it asks for nothing, what separates the likeliest explanation
-    from the one most like it; else more of everything.
+    from the one most like it; else more of everything. Nothing of a sensor that waits for another.
 
     Args:
         diagnosis: of a sensor.
         chosen: the suspect that the user looks at; a disturbed hold is to be repeated.
     """
     bench, findings = diagnosis.bench, diagnosis.findings
-    if bench is None or findings is None:
+    if bench is None or findings is None or diagnosis.verdict is Verdict.WAITING:
         return diagnosis.next_poses, None
     table = bench.rows
     if chosen is not None and chosen.hold is not None:

@@ -4,8 +4,11 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 
+import numpy as np
+
 from imucal_wizard.core.errors import DataError, UsageError
 from imucal_wizard.core.notices import UNLIKE_HOLDS
+from imucal_wizard.core.statistics import complement, root_mean_square
 from imucal_wizard.diagnose.bench import Bench, BenchFindings, falls
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.change_text import reasons_of
@@ -27,6 +30,9 @@ from imucal_wizard.model.effect import SENSORS
 
 MAX_ROUNDS_OF_ADDING = 4
 """Rounds of adding without being asked; a sensor that lacks more has another problem."""
+MAX_CANCELLED = 3.0
+"""Rms of one of several effects in the readings over that of all together, above which they undo
+one another: effects that act by themselves leave about the root of the sum of their squares."""
 
 
 def add_by_itself(bench: Bench) -> BenchFindings:
@@ -56,9 +62,13 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         said = replace(last, opinion=_proven(last.opinion, added, bench))
         bench.keep(reasons_of(bench, added, last.opinion))
         last = bench.look()
+    if len(bench.ladder) > below and _cancel(bench, below):
+        return _withdrawn(bench, below, probable=False)
     if last.opinion.shapeless:
         # what was missing is said with the model before; how much is left, with the present one
-        return said if last.opinion.verdict is Verdict.COMPLETE else last
+        left_now = replace(said.opinion, lack=last.opinion.lack)
+        complete = last.opinion.verdict is Verdict.COMPLETE
+        return replace(said, opinion=left_now) if complete else last
     without_name = last.opinion.verdict in (Verdict.UNEXPLAINED, Verdict.NOT_REPEATABLE)
     was, left = before.opinion.lack, last.opinion.lack
     if without_name and len(bench.ladder) > below:
@@ -66,6 +76,29 @@ def add_by_itself(bench: Bench) -> BenchFindings:
         if share > MAX_SHARE_LEFT_BY_NAME:
             return _withdrawn(bench, below, probable=share < MAX_SHARE_LEFT_BY_PROBABLE)
     return last
+
+
+def _cancel(bench: Bench, below: int) -> bool:
+    """Whether effects that were added undo one another: then none of them has the shape wanted.
+
+    Of two that are nearly alike, two large ones make what is left of either by itself: a bow in
+    time of a drift and a warm-up.
+    """
+    found = bench.fit.minimum
+    added = {rung.added for rung in bench.ladder[below:]}
+    if found is None:
+        return False
+    columns, values = found.system.columns, found.system.value[found.sizes]
+    # what the base takes up of an effect is no part of what it explains
+    unseen = complement(columns[:, : found.sizes.start])
+    own = unseen.T @ columns[:, found.sizes]
+    parts = [
+        own[:, group] @ values[group]
+        for term, group in zip(found.terms.terms, found.terms.groups, strict=True)
+        if term.name in added
+    ]
+    most = max((root_mean_square(one) for one in parts), default=0.0)
+    return len(parts) > 1 and most > MAX_CANCELLED * root_mean_square(np.sum(parts, axis=0))
 
 
 def _complete_base(bench: Bench) -> None:

@@ -4,6 +4,7 @@ No effect is named in these. The sentences state how much more than noise is lef
 nearest, what a free curve shows, and which measurements would tell more.
 """
 
+from imucal_wizard.core.notices import NoticeKind
 from imucal_wizard.core.quantities import as_sentence, capitalized, listed, number, plural, quantity
 from imucal_wizard.diagnose.bench import (
     MAX_SHARE_NOT_PREDICTED,
@@ -49,6 +50,12 @@ def unexplained_text(diagnosis: Diagnosis, bench: Bench) -> list[str]:
         )
         advice = "Hold the next poses, and see whether the accelerometer shows it then."
         return [left, said, advice, *repeats_not_measured(bench)]
+    if diagnosis.warned(NoticeKind.CLOCKS):
+        cause = (
+            "Two clocks that run at different rates make such an error: nothing else can be judged "
+            "before both sensors have the same one."
+        )
+        return [left, cause]
     curves = _curves(diagnosis, bench)
     if curves:
         return [left, "No effect tested here explains it.", *curves]

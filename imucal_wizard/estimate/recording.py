@@ -234,8 +234,9 @@ def _apart(
     first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
     text = (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
-        "off the mean in the holds, so they are not used: its bias jumped or drifted, the sensor "
-        "was exchanged, or the device turned slowly, in the hand or on something that turns"
+        "off the mean in the holds, so they are not used: its bias jumped or drifted, its readings "
+        "froze, the sensor was exchanged, or the device turned slowly, in the hand or on something "
+        "that turns"
     )
     return [Notice(text, NoticeKind.RESTS_LEFT_OUT, "gyroscope")]
 

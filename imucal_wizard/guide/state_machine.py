@@ -519,7 +519,7 @@ class StateMachine:
             offers.append(Offer("take", "take it, marked hand-held"))
             if self.step is not StepKind.SETTLE:
                 offers.append(Offer("remeasure", "measure the noise again"))
-        if self.step in (*MEASURING, StepKind.MORE) and self.stage.finished:
+        if self.step in (*MEASURING, StepKind.MORE, StepKind.VALIDATE) and self.stage.finished:
             offers.append(Offer("skip", "all taken: go on"))
         if self.step is StepKind.FIELD:
             offers.extend(self.field.offers())

@@ -46,7 +46,7 @@ from imucal_wizard.core.limits.data_quality import (
 )
 from imucal_wizard.core.notices import Notice, NoticeKind
 from imucal_wizard.core.poses import AXES
-from imucal_wizard.core.quantities import plural
+from imucal_wizard.core.quantities import plural, quantity
 from imucal_wizard.core.readings import (
     BoolArray,
     FloatArray,
@@ -221,10 +221,12 @@ def _zero_rate(readings: Readings) -> str:
         return ""
     if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
         return ""
+    step = quantity(_smallest_step(gyroscope.values), gyroscope.unit, 2)
     return (
         "The gyroscope reads exactly zero at rest: the device removes its own bias (BNO055 in a "
-        "fusion mode, WitMotion with automatic calibration) or prints too few digits. Switch to "
-        "raw data (BNO055: AMG mode; WitMotion: register 0x63 = 1), or its bias cannot be found."
+        "fusion mode, WitMotion with automatic calibration), or bias and noise are less than half "
+        f"of its steps of {step}. Switch to raw data (BNO055: AMG mode; WitMotion: register 0x63 = "
+        "1), print more digits or set a smaller range, or its bias cannot be found."
     )
 
 

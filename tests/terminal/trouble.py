@@ -55,6 +55,8 @@ def _commands(terminal: Terminal) -> None:
     terminal.wait_for("was taken back")
     terminal.wait_for("1 of 6 poses taken")
     terminal.press("r")
+    terminal.wait_for("repeat Up/down?")
+    terminal.press("\r")
     terminal.wait_for("+X taken, 1 of 6")  # where it lies, it is measured anew
     terminal.press("s")
     terminal.wait_for("no start values")

@@ -284,6 +284,7 @@ def test_a_gyroscope_that_waits_for_the_accelerometer_is_not_ticked(benches: Ben
     snapshot = bench_snapshot(benches, gyroscope)
     assert snapshot.diagnosis.verdict is Verdict.WAITING
     assert snapshot.style == "warn"
+    assert "MEASURE NEXT" not in "\n".join(lines(next_rows(snapshot, 76)))
     turns, *_, resting = (view for view in snapshot.views if view.model is None)
     assert "noise and reference error of each point" in turns.legend  # not what noise alone leaves
     assert "noise of each point" in resting.legend

@@ -232,3 +232,27 @@ async def test_the_app_can_end_while_a_screen_opens(turns: int) -> None:
         app.push_screen(screen_for(StepKind.POSES, app.state))
         for _ in range(turns):
             await asyncio.sleep(0)
+
+
+async def test_a_step_with_measurements_is_repeated_only_after_its_cost_was_read() -> None:
+    source = fakes.FakeSource(fakes.poses_status())
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "7 of 18 poses taken")
+        await pilot.press("r")
+        await shows(pilot, "repeat Poses?", "cannot be restored", "then u")
+        await pilot.press("r", "u")
+        await shows(pilot, "7 of 18 poses taken")
+        assert source.commands == []
+        await pilot.press("r")
+        await shows(pilot, "repeat Poses?")
+        await pilot.press("enter")
+        await until(pilot, lambda: source.commands == [("repeat", "")])
+
+
+async def test_a_step_that_is_done_ends_without_a_warning() -> None:
+    done = replace(fakes.poses_status(18), offers=(Offer("skip", "all taken: go on"),))
+    source = fakes.FakeSource(done)
+    async with app_with(source).run_test(size=USUAL) as pilot:
+        await shows(pilot, "all taken: go on")
+        await pilot.press("s")
+        await until(pilot, lambda: source.commands == [("skip", "")])

@@ -15,6 +15,7 @@ from imucal_wizard.diagnose.bench import Entry
 from imucal_wizard.diagnose.diagnosis import Apart
 from imucal_wizard.diagnose.next_poses import to_measure
 from imucal_wizard.diagnose.reservation_text import differing_in_new_poses
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.verdict_text import beyond_these
 from imucal_wizard.diagnose.views import Point, ResidualView, clearest, point_of, views_over
 from imucal_wizard.measurement.requests import MeasurementRequest
@@ -141,7 +142,8 @@ def next_rows(
         rows += [line(head, "accent"), *gain_rows(apart, snapshot.catalogue, width), line("")]
     asked = repeated or snapshot.diagnosis.next_poses or snapshot.diagnosis.base_left_out
     if not poses:
-        return rows if asked else [*rows, *wrapped(MORE_DATA, width), line("")]
+        waits = snapshot.diagnosis.verdict is Verdict.WAITING
+        return rows if asked or waits else [*rows, *wrapped(MORE_DATA, width), line("")]
     # nothing is missing, and the poses that were added agree
     said = snapshot.diagnosis
     optional = not asked and apart is None and said.settled

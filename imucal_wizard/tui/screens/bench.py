@@ -14,6 +14,7 @@ from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.diagnose.bench import Bench, Entry
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.next_poses import Requests, to_measure
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.diagnose.views import ResidualView
 from imucal_wizard.model.formula import FormulaEffect
 from imucal_wizard.report.device_history import saved_text
@@ -51,6 +52,7 @@ _PREDICT = (
 )
 _IN_MEMORY = "▲ If the program is ended now, this model is lost: {}. s saves it."
 _TABLE = "On a rate table: record more steps or mountings and fit all files together."
+_FIRST = "More rotations cannot help yet: complete the accelerometer's model first."
 _CIRCLES = "For more circles, leave the bench and repeat the step Field."
 
 
@@ -524,7 +526,8 @@ class BenchScreen(Screen[Requests]):
         if requests:
             self.dismiss(requests)
         else:
-            self._tell(f"No pose is listed to measure. {MORE_DATA}")
+            waits = snapshot.diagnosis.verdict is Verdict.WAITING
+            self._tell(_FIRST if waits else f"No pose is listed to measure. {MORE_DATA}")
 
     def _requests(self, snapshot: BenchSnapshot) -> Requests:
         """What the page of the next poses lists."""

@@ -53,10 +53,22 @@ class Dialog(ModalScreen[str]):
         ]
 
 
-class SkipDialog(Dialog):
-    """States the consequence of skipping a step; Enter skips it: ``skip``.
+class StepDialog(Dialog):
+    """States the consequence of a command for a step; a subclass lets Enter give it.
 
-    The key that opened the dialog does not confirm it: pressed twice by mistake, it would skip.
+    The key that opened the dialog does not confirm it: it may be pressed twice by mistake.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("u", "dismiss('')", "stay", show=False),
+        Binding("question_mark", "app.explain", "help", tooltip="explains the step"),
+        Binding("q", "app.quit", "quit", show=False, tooltip="leaves the program"),
+    ]
+    goes_with_step = True
+
+
+class SkipDialog(StepDialog):
+    """States the consequence of skipping a step; Enter skips it: ``skip``.
 
     Args:
         title: name of the step.
@@ -67,15 +79,31 @@ class SkipDialog(Dialog):
         Binding(
             "enter", "dismiss('skip')", "skip it", key_display="enter", tooltip="skips the step"
         ),
-        Binding("u", "dismiss('')", "stay", show=False),
-        Binding("question_mark", "app.explain", "help", tooltip="explains the step"),
-        Binding("q", "app.quit", "quit", show=False, tooltip="leaves the program"),
     ]
-    goes_with_step = True
 
     def __init__(self, title: str, consequence: str) -> None:
         hint = "You can return to it at any time; nothing is lost."
         super().__init__(f"skip {title}?", consequence, hint)
+
+
+class RepeatDialog(StepDialog):
+    """States what repeating a step takes back; Enter repeats it: ``repeat``.
+
+    Args:
+        title: name of the step.
+    """
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding(
+            "enter", "dismiss('repeat')", "repeat it", key_display="enter",
+            tooltip="takes back all that the step has measured",
+        ),
+    ]  # fmt: skip
+
+    def __init__(self, title: str) -> None:
+        consequence = "All that this step has measured is taken back and cannot be restored."
+        hint = "To take back only the last hold, rotation or circle, press esc, then u."
+        super().__init__(f"repeat {title}?", consequence, hint)
 
 
 class LeaveDialog(Dialog):

@@ -25,7 +25,7 @@ from imucal_wizard.tui.panels.step import (
 )
 from imucal_wizard.tui.panels.traces import trace_rows
 from imucal_wizard.tui.screens.base import LiveScreen
-from imucal_wizard.tui.screens.dialogs import SkipDialog
+from imucal_wizard.tui.screens.dialogs import RepeatDialog, SkipDialog
 from imucal_wizard.tui.text import Line, bar, line, wrapped
 from imucal_wizard.tui.widgets.big_text import BigText
 from imucal_wizard.tui.widgets.lines import Lines
@@ -64,7 +64,7 @@ class StepScreen(LiveScreen):
             tooltip="takes back the last hold, rotation or circle",
         ),
         Binding("s", "skip", "skip step", tooltip="skips the step, after stating the consequence"),
-        Binding("r", "order('repeat')", "repeat step", tooltip="repeats the step from the start"),
+        Binding("r", "repeat", "repeat step", tooltip="repeats the step from the start"),
         Binding("b", "order('back')", "back", tooltip="goes back one step"),
         Binding(
             "space", "hand_do", "snap",
@@ -165,14 +165,31 @@ class StepScreen(LiveScreen):
         self.state.order(command)
 
     def action_skip(self) -> None:
-        """State the consequence of skipping; skip after confirmation."""
-        step = StepKind(self.step)
+        """State the consequence of skipping; skip after confirmation. A step that is done ends."""
+        step, snapshot = StepKind(self.step), self.state.snapshot
+        if snapshot is not None and any(one.command == "skip" for one in snapshot.status.offers):
+            self.state.order("skip")
+            return
 
         def answered(answer: str | None) -> None:
             if answer:
                 self.state.order("skip")
 
         self.app.push_screen(SkipDialog(TITLES[step], consequence(step)), answered)
+
+    def action_repeat(self) -> None:
+        """Repeat the step; state first that what it has measured is lost, if there is any."""
+        step, snapshot = StepKind(self.step), self.state.snapshot
+        nothing = snapshot is None or not snapshot.status.progress[0]
+        if step is StepKind.SETTLE or nothing:
+            self.state.order("repeat")
+            return
+
+        def answered(answer: str | None) -> None:
+            if answer:
+                self.state.order("repeat")
+
+        self.app.push_screen(RepeatDialog(TITLES[step]), answered)
 
     def action_hand_turn(self, axis: str, sense: int) -> None:
         """Turn the virtual device."""
@@ -319,7 +336,7 @@ class MoreScreen(StepScreen):
             "s", "order('skip')", "enough: to the bench",
             tooltip="returns to the bench with the measurements so far",
         ),
-        Binding("r", "order('repeat')", "repeat all", tooltip="measures all of them again"),
+        Binding("r", "repeat", "repeat all", tooltip="measures all of them again"),
     ]  # fmt: skip
     step = StepKind.MORE
     counted: ClassVar[str] = "measurements"
