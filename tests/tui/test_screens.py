@@ -239,7 +239,7 @@ async def test_a_step_with_measurements_is_repeated_only_after_its_cost_was_read
     async with app_with(source).run_test(size=USUAL) as pilot:
         await shows(pilot, "7 of 18 poses taken")
         await pilot.press("r")
-        await shows(pilot, "repeat Poses?", "cannot be restored", "then u")
+        await shows(pilot, "repeat Poses?", "be restored", "then u")
         await pilot.press("r", "u")
         await shows(pilot, "7 of 18 poses taken")
         assert source.commands == []
