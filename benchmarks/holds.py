@@ -198,7 +198,7 @@ leaves is hardly known. In shorter holds, settling below the noise of all togeth
 
 
 def alike(count: int, first: int = FRESH) -> None:
-    """Print the errors of the biases, how many of their intervals hold them, and what is told."""
+    """Print how many of the intervals hold the parameters, and in how many sessions it is told."""
     wanted = Wanted()
     print("hold, s  settling            inside 95 %: biases, scales, angles     told")
     for hold in (2.0, 3.0):

@@ -40,7 +40,7 @@ SETTLING_SHARE = 0.9
 SETTLED_TIMES = 5.0
 """Time constants after which settling is over: it has died out to less than a hundredth."""
 LONGER_RESTS = 10.0
-"""The same in rests where no end is known: settling that they show is not much slower than that."""
+"""How many times as long as before the device is to rest where no end is known."""
 NEAR = 0.08
 """Relative difference from such a factor that an uncalibrated sensor can have."""
 
@@ -72,7 +72,8 @@ def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
     def named(entries: FloatArray) -> dict[str, float]:
         return experiment.named(entries[:9].reshape(3, 3), entries[9:])
 
-    modes = found.nominal_modes[:ENTRIES, -experiment.common_errors.shape[1] :]
+    every = found.nominal_modes[:ENTRIES]
+    modes = every[:, every.shape[1] - experiment.common_errors.shape[1] :]
     by_settling = converted_covariance(named, found.calibration.entries, modes @ modes.T)
     uncertain = []
     for one, variance in zip(fit.parameters, np.diag(by_settling), strict=False):

@@ -221,11 +221,12 @@ def _zero_rate(readings: Readings) -> str:
         return ""
     if bool(np.all(np.ptp(readings.accelerometer.values, axis=0) == 0)):
         return ""
-    step = quantity(_smallest_step(gyroscope.values), gyroscope.unit, 2)
+    step = _smallest_step(gyroscope.values)
+    steps = f"of its steps of {quantity(step, gyroscope.unit, 2)}" if step else "a step"
     return (
         "The gyroscope reads exactly zero at rest: the device removes its own bias (BNO055 in a "
         "fusion mode, WitMotion with automatic calibration), or bias and noise are less than half "
-        f"of its steps of {step}. Switch to raw data (BNO055: AMG mode; WitMotion: register 0x63 = "
+        f"{steps}. Switch to raw data (BNO055: AMG mode; WitMotion: register 0x63 = "
         "1), print more digits or set a smaller range, or its bias cannot be found."
     )
 

@@ -91,7 +91,7 @@ def turned_in_hold(
     up = unit_vectors(by_force.matrix @ (hold.accelerometer - by_force.bias))
     first, last = field[:count].mean(axis=0), field[-count:].mean(axis=0)
     level = [one - up * (one @ up) for one in (first, last)]
-    length = float(np.linalg.norm(level[0]))
+    length = max(float(np.linalg.norm(level[0])), np.finfo(float).tiny)
     angle = math.atan2(float(np.cross(*level) @ up), float(level[0] @ level[1]))
     seconds = float(series.time[-count:].mean() - series.time[:count].mean())
     # in the body, the field turns back as the device turns
