@@ -86,7 +86,9 @@ def _settling(fit: SensorFit, holds: Sequence[Hold]) -> list[Notice]:
     rest = median([one[:, 0].sum() for one in rests if one is not None])
     known = np.isfinite(seconds)
     longer = max(SETTLED_TIMES * seconds, 2.0 * rest) if known else LONGER_RESTS * rest
-    how = f"with a time constant of about {number(seconds, 1)} s" if known else "all through them"
+    how = "for longer than they last"
+    if known:
+        how = f"with a time constant of about {number(seconds, 1)} s"
     text = (
         "the accelerometer still settles in its holds, in the same sense throughout the session, "
         f"{how}. Rests of {number(rest, 2)} s do not show where it ends: uncertain by this, within "
