@@ -174,6 +174,7 @@ def placed(
     tremor: float = 0.0,
     sway: float = 0.0,
     restless: float = 0.0,
+    rocking: float = 0.0,
     settling: float = 0.0,
     speed: float = 120.0,
     turns: int = 0,
@@ -191,6 +192,7 @@ def placed(
         sway: wandering of the direction below 1 Hz, degrees rms.
         restless: the same by a white acceleration that acts on a damped arm, which no frequency is
             free of: above 3 Hz its power falls with the fourth power of the frequency.
+        rocking: the same between 1 and 9 Hz.
         settling: what the reading still lacks when a hold begins, mg, dying out in half a second.
         speed: largest rate of a move, °/s.
         turns: full turns about each axis.
@@ -248,6 +250,9 @@ def placed(
     time = np.linspace(0.0, (len(rate) - 1) * dt, len(rate))
     unrest = _band(rng, time, 8.0, 12.0) * np.radians(0.005) * tremor * 2.0 * np.pi * 10.0
     unrest += _band(rng, time, 0.1, 1.0) * np.radians(sway) * 2.0 * np.pi * 0.5
+    if rocking:
+        angle = _band(rng, time, 1.0, 9.0) * np.radians(rocking)
+        unrest += np.gradient(angle, dt, axis=0)
     if restless:
         unrest += _restless(rng, dt, len(time), np.radians(restless))
     motion = _moved(time, Attitude.identity(), rate + unrest, 0.02, rng, still)

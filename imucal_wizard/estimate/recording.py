@@ -20,7 +20,7 @@ from imucal_wizard.core.quantities import decimals, fixed, plural, quantity
 from imucal_wizard.core.readings import BoolArray, FloatArray, Readings, Series
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.statistics import median, median_of_rows, sphere_centre
-from imucal_wizard.core.units import STANDARD_GRAVITY
+from imucal_wizard.core.units import COUNT, STANDARD_GRAVITY
 from imucal_wizard.estimate.accelerometer import (
     AccelerometerExperiment,
     accelerometer_experiment,
@@ -39,7 +39,7 @@ from imucal_wizard.estimate.gyroscope_report import GyroscopeReport, fit_gyrosco
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.methods import DEFAULTS
 from imucal_wizard.estimate.outliers import Outlier
-from imucal_wizard.estimate.rest_spectrum import rest_spectrum, with_quiet_noise
+from imucal_wizard.estimate.rest_spectrum import RestSpectrum, rest_spectrum, with_quiet_noise
 from imucal_wizard.estimate.result import FitReport, SensorFit
 from imucal_wizard.estimate.rounded import (
     Steps,
@@ -48,6 +48,7 @@ from imucal_wizard.estimate.rounded import (
     steps_in,
     with_rounding,
 )
+from imucal_wizard.estimate.sway import sways, without_sway
 from imucal_wizard.measurement.blocks import rest_in_words
 from imucal_wizard.measurement.clipping import axes_without_noise, partly_clipped
 from imucal_wizard.measurement.data_quality import inertial_sensors
@@ -449,11 +450,42 @@ def fit_holds(
     Raises:
         DataError: the holds do not determine a calibration.
     """
+    spectrum = rest_spectrum(readings, holds) if "gyroscope" in units else None
+    least = None if spectrum is None else spectrum.least
+
+    def fitted(size: float | None) -> FitReport:
+        """The fit if one unit of the gyroscope's readings is so many rad/s."""
+        of_fit, of_validation = (
+            each if size is None else without_sway(each, readings, size, least)
+            for each in (holds, validation)
+        )
+        args = of_fit, rotations, rates, units, options, of_validation, warnings, readings
+        return _fit_holds(*args, spectrum)
+
+    if units.get("gyroscope") != COUNT:
+        return fitted(1.0)
+    report = fitted(None)
+    gyroscope = report.sensors.get("gyroscope")
+    size = 0.0 if gyroscope is None else float(np.cbrt(abs(np.linalg.det(gyroscope.matrix))))
+    return fitted(size) if sways(holds, without_sway(holds, readings, size, least)) else report
+
+
+def _fit_holds(
+    holds: Sequence[Hold],
+    rotations: Sequence[Rotation],
+    rates: dict[str, float],
+    units: dict[str, str],
+    options: FitOptions,
+    validation: Sequence[Hold],
+    warnings: tuple[str, ...],
+    readings: Readings | None,
+    spectrum: RestSpectrum | None,
+) -> FitReport:
+    """The same of holds without their sway, with the spectrum of the gyroscope in them."""
     accelerometer = fit_accelerometer(
         holds, options.gravity, units["accelerometer"], options.method, readings
     )
     assert accelerometer.reference is not None  # noqa: S101 (narrows the type)
-    spectrum = rest_spectrum(readings, holds) if "gyroscope" in units else None
     named = with_quiet_noise(_with_poses(holds, accelerometer.reference.up), spectrum)
     rotations = [_between(rotation, named) for rotation in rotations]
     odd: dict[str, str] = {}

@@ -76,6 +76,11 @@ class RestSpectrum:
         quiet, half, quarter = (gains @ one for one in (self.quiet, self.half, self.quarter))
         return replace(self, quiet=quiet, half=half, quarter=quarter)
 
+    @property
+    def least(self) -> FloatArray:
+        """In the band that has least: hardly any of it is a motion."""
+        return np.asarray(np.minimum(np.minimum(self.quiet, self.half), self.quarter))
+
     def tremor(self, noise: float) -> float:
         """What a hand adds around f/2, mean of the axes; 0 where it is not clear.
 

@@ -57,8 +57,10 @@ from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
 from imucal_wizard.estimate.rate_table import find_table
+from imucal_wizard.estimate.rest_spectrum import rest_spectrum
 from imucal_wizard.estimate.rounded import resolution_in, steps_in, with_rounding
 from imucal_wizard.estimate.surroundings import circumstances_of
+from imucal_wizard.estimate.sway import without_sway
 from imucal_wizard.estimate.table_steps import KnownRates
 from imucal_wizard.guide.steps.recheck import Proposal
 from imucal_wizard.measurement.clipping import axes_without_noise
@@ -162,6 +164,7 @@ class CalibratedDevice:
         self.check_units(units)
         if why := self._misread(measured):
             return unreadable_recheck(self, why, measured.seconds, "it was not judged")
+        measured = self._without_sway(measured, units)
         sensors = self._judged(measured, units)
         notes = list(self.warnings)
         if MAGNETOMETER in self.calibration.sensors and MAGNETOMETER not in units:
@@ -185,6 +188,19 @@ class CalibratedDevice:
             ]
             notes.append(f"the readings agree with the calibration if {', or if '.join(each)}")
         return device_verdict(sensors, measured.seconds, notes)
+
+    def _without_sway(self, measured: RecheckData, units: Mapping[str, str]) -> RecheckData:
+        """The same with holds that do not sway, as far as the gyroscope shows."""
+        spectrum = rest_spectrum(measured.readings, measured.holds)
+        known = self.sensors.get(GYROSCOPE)
+        if known is not None:
+            size = known.size
+        elif units.get(GYROSCOPE, COUNT) != COUNT:
+            size = 1.0
+        else:
+            return measured
+        least = None if spectrum is None else spectrum.least
+        return replace(measured, holds=without_sway(measured.holds, measured.readings, size, least))
 
     def _wrong(self, sensors: Mapping[str, SensorRecheck], measured: RecheckData) -> bool:
         """Whether a sensor disagrees with its calibration, or its rows with any."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.errors import ImucalError
-from imucal_wizard.core.readings import Readings
+from imucal_wizard.core.readings import FloatArray, Readings
 from imucal_wizard.measurement.holds import Hold
 
 MAX_MEAN_DIFFERENCE = 1e-6
@@ -50,14 +50,29 @@ def session_readings(path: Path | None, holds: Sequence[Hold]) -> Readings | Non
 
 
 def made_of(readings: Readings, holds: Sequence[Hold]) -> bool:
-    """Whether the first and the last hold belong to these readings."""
+    """Whether the first and the last hold belong to these readings.
+
+    What settling and a sway take off the force is none of the samples', but the rates stay as they
+    are.
+    """
     for hold in (*holds[:1], *holds[-1:]):
         # by the number of samples: the end is a sum that may round past the next sample
         first = int(np.searchsorted(readings.accelerometer.time, hold.start))
-        values = readings.accelerometer.part(first, first + hold.samples).values
-        if len(values) < hold.samples:
+        past = first + hold.samples
+        force = readings.accelerometer.part(first, past).values
+        if len(force) < hold.samples:
             return False
-        off = float(np.abs(values.mean(axis=0) - hold.accelerometer).max())
-        if not off <= MAX_MEAN_DIFFERENCE * float(np.abs(hold.accelerometer).max()):
+        same = _is_mean(hold.accelerometer, force)
+        if hold.gyroscope is not None and readings.gyroscope is not None:
+            same |= _is_mean(hold.gyroscope, hold.readings(readings.gyroscope).values)
+        if not same:
             return False
     return bool(holds)
+
+
+def _is_mean(mean: FloatArray, values: FloatArray) -> bool:
+    """Whether values, shape (n, 3), have this mean."""
+    if not len(values):
+        return False
+    off = float(np.abs(values.mean(axis=0) - mean).max())
+    return off <= MAX_MEAN_DIFFERENCE * float(np.abs(mean).max())

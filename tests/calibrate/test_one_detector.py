@@ -74,7 +74,7 @@ def _compared(one: Sequence[Hold], other: Sequence[Hold]) -> tuple[int, list[str
 
 
 def _unbroken(holds: Sequence[Hold], others: Sequence[Hold]) -> list[Hold]:
-    """The holds without those that the other limit breaks in parts: these it does not find."""
+    """The holds that the other limit finds, too, without those that it breaks in parts."""
 
     def over(hold: Hold, among: Sequence[Hold]) -> list[Hold]:
         return [one for one in among if min(one.end, hold.end) > max(one.start, hold.start)]
@@ -83,13 +83,14 @@ def _unbroken(holds: Sequence[Hold], others: Sequence[Hold]) -> list[Hold]:
         hold
         for hold in holds
         if all(len(over(one, holds)) == 1 for one in over(hold, others))
-        and len(over(hold, others)) < 2
+        and len(over(hold, others)) == 1
     ]
 
 
 @settings(max_examples=6, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([0.0, 0.005, 0.02, 0.08]))
 @example(465, 0.08)  # one limit breaks the first rest where the tremor changes
+@example(1114, 0.08)  # the limit that breaks it misses another one
 def test_every_limit_that_finds_a_rest_finds_the_same_samples(seed: int, tremor: float) -> None:
     found = _offline(_shaken(seed, tremor))
     whole = max(found, key=len)
