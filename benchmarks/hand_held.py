@@ -16,6 +16,7 @@ import numpy as np
 
 from benchmarks.hand_motion import Device, G, Motion, placed, recorded
 from benchmarks.measure import Wanted, machine
+from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray
 from imucal_wizard.diagnose.benches import Benches
 from imucal_wizard.diagnose.survey import diagnosis_of
@@ -117,7 +118,10 @@ def session(hand: Hand, seed: int, number: int) -> Session | None:
     still = replace(motion, rate=np.zeros_like(motion.rate))
     exact = replace(device, noise=0.0, flicker=0.0, rate_noise=0.0, bits=48)
     none = recorded(still, exact, rng)
-    report = fit_readings(readings)
+    try:
+        report = fit_readings(readings)
+    except DataError:  # most of its holds move too much
+        return None
     sensor, accelerometer = report.sensors["gyroscope"], report.sensors["accelerometer"]
     if sensor.floor is None or accelerometer.floor is None or none.gyroscope is None:
         return None

@@ -431,8 +431,8 @@ def rest_of(
     seconds, tilt = np.array([hold.end - hold.start for hold in holds]), np.full(len(holds), np.inf)
     swaying = followed = np.zeros(len(holds), np.bool_)
     if bias is not None and reference is not None:
-        tilt, followed = _tilt(holds, matrix, bias, reference)
-        swaying = np.isfinite(tilt) | _held(holds)
+        tilt, followed, denied = _tilt(holds, matrix, bias, reference)
+        swaying = np.isfinite(tilt) | (_held(holds) and not denied)
     density = _common(holds, matrix, tilt, swaying)
     # |M|² per axis carries variances of readings over to corrected rates
     per_second = (matrix**2) @ density
@@ -543,7 +543,7 @@ def _held(holds: Sequence[Hold]) -> bool:
 
 def _tilt(
     holds: Sequence[Hold], matrix: FloatArray, bias: FloatArray, reference: GravityReference
-) -> tuple[FloatArray, BoolArray]:
+) -> tuple[FloatArray, BoolArray, bool]:
     """Variance of each mean direction without the sway that the gyroscope follows, rad², (h,).
 
     The gyroscope follows a sway where the directions of the accelerometer scatter less once what
@@ -552,7 +552,8 @@ def _tilt(
 
     Returns:
         The variance, infinite where not clearly more than half of the holds show a sway and where
-        nothing is known; the holds that show one, shape (h,).
+        nothing is known; the holds that show one, shape (h,); whether clearly more than half of
+        them deny it: then what the gyroscope reads is its noise, however slow that is.
     """
     out, freedom = np.full((2, len(holds)), np.nan), np.zeros(len(holds), np.int64)
     shown = [k for k, one in enumerate(holds) if one.sway is not None and one.gyroscope is not None]
@@ -570,8 +571,9 @@ def _tilt(
         freedom[shown] = [2 * holds[k].noise_freedom for k in shown]
     known = np.isfinite(out).all(axis=0)
     followed = known & (out[1] < out[0])
-    if 2 * followed.sum() - known.sum() <= SURE * np.sqrt(known.sum()):
-        return np.full(len(holds), np.inf), followed
+    more, clear = 2 * int(followed.sum()) - int(known.sum()), SURE * np.sqrt(known.sum())
+    if more <= clear:
+        return np.full(len(holds), np.inf), followed, bool(more < -clear)
     times = np.array([one.end - one.start for one in holds])
     left = shrunk(np.where(known, out[1], 0.0) * times, np.where(known, freedom, 0)) / times
-    return np.where(known, left, np.inf), followed
+    return np.where(known, left, np.inf), followed, False

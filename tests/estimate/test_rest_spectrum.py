@@ -10,6 +10,7 @@ from scipy.signal import butter, firwin, lfilter, sosfilt
 from benchmarks.hand_motion import Device, G, placed, recorded
 from imucal_wizard.acquire.files.recording_files import read_files
 from imucal_wizard.core.readings import FloatArray, Readings, Series
+from imucal_wizard.estimate.gyroscope import GyroscopeExperiment
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.rest_spectrum import _quietest, rest_spectrum
@@ -161,3 +162,27 @@ def test_a_hand_that_leaves_high_bands_alone_shows_the_level_of_the_noise(
     true = np.radians(device.rate_noise) ** 2 / 2.0
     # a band of 1 Hz in twenty holds of three seconds is known to a tenth
     assert bool(np.abs(found.quiet / true - 1.0).max() < 0.3) is level
+
+
+@pytest.mark.parametrize("seed", [31, 32, 33])
+def test_slow_noise_on_a_table_is_not_taken_for_a_hand(seed: int) -> None:
+    """The gyroscope's noise has a time constant of a third of a second beside its white noise.
+
+    It turns nothing, as the directions of the accelerometer show, so it counts in full: the figure
+    is that of the power which holds of three seconds see, half of that at the frequency zero.
+    """
+    rng, device = np.random.default_rng(seed), Device()
+    readings = recorded(placed(device, rng, turns=2), device, rng)
+    assert readings.gyroscope is not None
+    keeps, size = np.exp(-1.0 / (0.33 * device.rate)), np.radians(0.035)
+    push = rng.standard_normal((len(readings.gyroscope) + 500, 3))
+    slow = lfilter([size * np.sqrt(1.0 - keeps**2)], [1.0, -keeps], push, axis=0)[500:]
+    noisy = replace(readings.gyroscope, values=readings.gyroscope.values + slow)
+    report = fit_readings(replace(readings, gyroscope=noisy))
+    found = report.sensors["gyroscope"]
+    assert found.rms_held_out is not None
+    assert found.floor is not None
+    assert found.floor > 0.4 * found.rms_held_out
+    experiment = found.experiment
+    assert isinstance(experiment, GyroscopeExperiment)
+    assert not experiment.noise_at_rest.held
