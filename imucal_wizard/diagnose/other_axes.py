@@ -2,7 +2,8 @@
 
 A changed axis setting, wiring or column order gives a sensor another signed permutation of its
 axes. Each of the 47 is tried on each sensor and on all of them together; the few that agree with
-gravity's magnitude and with the rotations are worth a whole recheck.
+gravity's magnitude and with the rotations are worth a whole recheck. So is a gyroscope in another
+unit or range.
 """
 
 import itertools
@@ -15,13 +16,15 @@ from imucal_wizard.core.directions import unit_vectors
 from imucal_wizard.core.errors import DataError
 from imucal_wizard.core.readings import FloatArray, Readings, Series
 from imucal_wizard.diagnose.calibrated_sensor import CalibratedSensor, RecheckData, plain_forces
+from imucal_wizard.estimate.fit_warnings import RANGES, RATE_MISTAKES
 from imucal_wizard.estimate.gyroscope_start import misfit
 from imucal_wizard.estimate.rotation_set import examined, rotation_set
 from imucal_wizard.measurement.holds import Hold, Rotation
 from imucal_wizard.model.effect import ACCELEROMETER, GYROSCOPE, MAGNETOMETER
 
 AxesBySensor = Mapping[str, FloatArray]
-"""Of each sensor whose axes are other ones: P, with ``P y`` as it was calibrated, shape (3, 3)."""
+"""Of each sensor whose axes are other ones: P, with ``P y`` as it was calibrated, shape (3, 3); a
+multiple of it where the unit is another one, too."""
 
 MAX_MAGNITUDE_ERRORS = 3.0
 """Errors of gravity's magnitude, in limits of a recheck, beyond which axes are not the right ones:
@@ -89,10 +92,10 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         accelerometer_covariance=force @ hold.accelerometer_covariance @ force.T,
         gyroscope=moved(rate, hold.gyroscope),
         gyroscope_covariance=moved(rate, hold.gyroscope_covariance),
-        accelerometer_scatter=moved(np.abs(force), hold.accelerometer_scatter),
-        gyroscope_scatter=moved(np.abs(rate), hold.gyroscope_scatter),
+        accelerometer_scatter=moved(force**2, hold.accelerometer_scatter),
+        gyroscope_scatter=moved(rate**2, hold.gyroscope_scatter),
         gyroscope_turn=moved(rate, hold.gyroscope_turn),
-        gyroscope_quiet=moved(np.abs(rate), hold.gyroscope_quiet),
+        gyroscope_quiet=moved(rate**2, hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
         allan_covariances=moved(force, hold.allan_covariances),
         course=None if hold.course is None else hold.course @ timed.T,
@@ -183,6 +186,32 @@ def likely_axes(
         ):
             found.append(every)
     return sorted(found, key=axes_changed)[:MAX_TRIED]
+
+
+def likely_rates(known: Mapping[str, CalibratedSensor], measured: RecheckData) -> float | None:
+    """True rates over readings by another unit or range, with which alone the rotations close.
+
+    Args:
+        known: accelerometer and gyroscope as they were calibrated, as far as they were read.
+        measured: holds and rotations.
+    """
+    if ACCELEROMETER not in known or not measured.holds:
+        return None
+    thinned = replace(
+        measured, rotations=[_thinned(one) for one in measured.rotations], readings=None
+    )
+    now = _misfit(known, thinned)
+    if now is None or now < RIGHT_MISFIT:
+        return None
+    scales = {scale for scale, _ in RATE_MISTAKES} | {2.0**power for power in RANGES}
+    misfits = {
+        scale: _misfit(known, with_axes(thinned, {GYROSCOPE: scale * np.eye(3)}))
+        for scale in sorted(scales)
+    }
+    best, least = min(
+        ((scale, one) for scale, one in misfits.items() if one is not None), key=lambda one: one[1]
+    )
+    return best if least < min(MAX_MISFIT_SHARE * now, RIGHT_MISFIT) else None
 
 
 def axes_changed(axes: AxesBySensor) -> float:

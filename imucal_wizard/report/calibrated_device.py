@@ -38,6 +38,7 @@ from imucal_wizard.diagnose.other_axes import (
     AxesBySensor,
     axes_changed,
     likely_axes,
+    likely_rates,
     with_axes,
 )
 from imucal_wizard.diagnose.recheck import (
@@ -52,7 +53,7 @@ from imucal_wizard.diagnose.recheck import (
     not_seen,
     recheck,
 )
-from imucal_wizard.estimate.fit_warnings import unit_notes
+from imucal_wizard.estimate.fit_warnings import scale_notes, unit_notes
 from imucal_wizard.estimate.hold_search import find_holds
 from imucal_wizard.estimate.magnetometer.field_data import field_unit
 from imucal_wizard.estimate.magnetometer.surroundings import around, recorded
@@ -171,6 +172,15 @@ class CalibratedDevice:
             notes.append("the magnetometer was not checked: its readings are missing")
         if not self._wrong(sensors, measured):
             return device_verdict(sensors, measured.seconds, notes)
+        gyroscope = sensors.get(GYROSCOPE)
+        if gyroscope and not gyroscope.misread and self._wrong({GYROSCOPE: gyroscope}, measured):
+            seen = {name: one for name, one in self.sensors.items() if name in units}
+            if (scale := likely_rates(seen, measured)) is not None:
+                says, no_go = "; ".join(scale_notes(scale, 0.0)), RecheckVerdict.NO_GO
+                sensors[GYROSCOPE] = replace(
+                    gyroscope, verdict=no_go, moved=(), misread=True, says=says
+                )
+                return device_verdict(sensors, measured.seconds, notes)
         found = self._other_axes(measured, units, sensors)
         # one sensor alone may have changed in the way in which other axes look
         if len(found) == 1 and sum(one.floor is not None for one in found[0][1].values()) > 1:
