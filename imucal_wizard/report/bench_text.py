@@ -209,7 +209,10 @@ def suspect_details(entry: Entry, fit: SensorFit, width: int) -> str:
     elif suspect is not None and suspect.candidate is not None:
         words.append(seen_from(suspect))
         if suspect.like:
-            words.append(f"nearly the same pattern here as {', '.join(suspect.like)}")
+            others = ", ".join(suspect.like)
+            words.append(
+                f"nearly the same pattern here as {others}: only a large size tells them apart"
+            )
     if entry.closures is not None:
         now, then = (quantity(one, "rad") for one in entry.closures)
         words.append(f"gyroscope's closure with this: {now} → {then}")

@@ -12,6 +12,7 @@ from imucal_wizard.core.quantities import (
     limits_text,
     number,
     plural,
+    plus_minus,
     quantity,
     true_minus,
     unit_sign,
@@ -251,7 +252,7 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
     where = f"equal in {plural(used, 'hold')} to {rms:.2f}° rms"
     lines = [
         "SECOND STAGE  alignment of the sensors to one another",
-        f"  dip {dip:.2f} ± {doubt:.2f}°, {where}",
+        f"  dip {plus_minus(dip, doubt)}°, {where}",
     ]
     if alignment.axes:
         lines.append(f"  the magnetometer's axes: {alignment.axes}")
@@ -268,9 +269,9 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
             f"  {plural(left, 'hold')} {do} not fit and {were} left out (iron near {them}?)"
         )
     if stage.clock is not None:
-        late = true_minus(f"{1e3 * stage.clock.seconds:+.2f}")
-        error = f"{1e3 * stage.clock.standard_error:.2f}"
-        lines.append(f"  the magnetometer's clock is {late} ± {error} ms off the gyroscope's")
+        late = plus_minus(1e3 * stage.clock.seconds, 1e3 * stage.clock.standard_error)
+        late = f"+{late}" if stage.clock.seconds > 0.0 else late
+        lines.append(f"  the magnetometer's clock is {late} ms off the gyroscope's")
     lines += _gyroscope(stage) + _headings(stage.headings)
     return lines + [f"  {note}" for note in stage.notes]
 
