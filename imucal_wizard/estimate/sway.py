@@ -21,8 +21,8 @@ from imucal_wizard.measurement.holds import Hold
 ANOTHER_FIT = 0.1
 """Change of a mean over its noise, below which it is not worth another fit."""
 BEYOND_NOISE = 4.0
-"""Variance of the angle over that by white noise of the gyroscope, up to which the device rests:
-the noise is known to a factor of two, and the bias wanders as well."""
+"""Variance of the angle, without a parabola, over that by white noise of the gyroscope, up to which
+the device rests: the noise is known to a factor of two, and the bias wanders as well."""
 LARGEST = 0.1
 """Root mean square of a sway, rad, from which on the gyroscope does not have the unit it is said to
 have: a device that sways so is not held still."""
@@ -120,9 +120,14 @@ def _sway_of(
     angle -= angle.mean(axis=0)
     # the integral of white noise less its mean rate and less its own mean
     noise = density * (hold.end - hold.start) / 12.0
-    if not BEYOND_NOISE * noise.sum() < float((angle**2).mean(axis=0).sum()) < LARGEST**2:
+    place = force.time - force.time.mean()
+    # a bias that drifts evenly makes a parabola
+    bow = place**2 - (place @ place) / len(place)
+    swayed = angle - np.outer(bow, bow @ angle / max(float(bow @ bow), 1e-300))
+    least, most = (float((one**2).mean(axis=0).sum()) for one in (swayed, angle))
+    if least <= BEYOND_NOISE * noise.sum() or most >= LARGEST**2:
         return None
-    return _Sway(force.values, force.time - force.time.mean(), angle, noise)
+    return _Sway(force.values, place, angle, noise)
 
 
 def sways(holds: Sequence[Hold], without: Sequence[Hold]) -> bool:
