@@ -95,6 +95,10 @@ def _hold_with(hold: Hold, axes: AxesBySensor) -> Hold:
         accelerometer_scatter=moved(force**2, hold.accelerometer_scatter),
         gyroscope_scatter=moved(rate**2, hold.gyroscope_scatter),
         gyroscope_turn=moved(rate, hold.gyroscope_turn),
+        # a mirrored body turns in the other order
+        gyroscope_order=None
+        if hold.gyroscope_order is None
+        else np.linalg.det(rate) * hold.gyroscope_order @ rate.T,
         gyroscope_quiet=moved(rate**2, hold.gyroscope_quiet),
         sway=moved(whole, hold.sway),
         allan_covariances=moved(force, hold.allan_covariances),

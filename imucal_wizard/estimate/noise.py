@@ -464,8 +464,9 @@ def rest_of(
     # where the device sways the samples show more than noise; NaN where no noise is known
     sways = swaying | turned & followed
     carried = known & (end > np.where(sways, noise, noise * alone))
-    # carrying leaves out the order of turns, half the cross product of two small angles
-    end = np.where(carried, np.minimum(noise, end) + 0.5 * end**2, turned * end)
+    # where it is not known, the order of turns is half the cross product of two small angles
+    unordered = np.array([one.gyroscope_order is None for one in holds])
+    end = np.where(carried, np.minimum(noise, end) + 0.5 * unordered * end**2, turned * end)
     tilt = np.where(carried, tilt, np.inf)
     mean = own + swayed[:, None]
     per_sample = (matrix**2) @ np.asarray(per_sample)

@@ -455,10 +455,9 @@ def fit_holds(
 
     def fitted(size: float | None) -> FitReport:
         """The fit if one unit of the gyroscope's readings is so many rad/s."""
-        of_fit, of_validation = (
-            each if size is None else without_sway(each, readings, size, least)
-            for each in (holds, validation)
-        )
+        every = [*holds, *validation]
+        every = every if size is None else without_sway(every, readings, size, least)
+        of_fit, of_validation = every[: len(holds)], every[len(holds) :]
         args = of_fit, rotations, rates, units, options, of_validation, warnings, readings
         return _fit_holds(*args, spectrum)
 

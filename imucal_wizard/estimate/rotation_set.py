@@ -204,6 +204,8 @@ def _to_mean(
     assert hold.gyroscope is not None and hold.gyroscope_turn is not None  # noqa: S101, PT018 (narrows)
     whole, half = 0.5 * (hold.end - hold.start), 0.5 * interval
     turned = whole * hold.gyroscope + sign * hold.gyroscope_turn
+    if hold.gyroscope_order is not None:
+        turned = turned + hold.gyroscope_order[int(sign > 0)]
     # a sample counts half an interval to either side: one that the rotation has, too, counts there,
     # but for the outer half of its first or last one
     if sign > 0:

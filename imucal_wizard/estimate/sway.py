@@ -5,7 +5,8 @@ The mean of a direction that sways is shorter than the direction by half the var
 it for the scale. Where the device turns about a point beside the sensor, the force towards that
 point adds to the bias. Neither is left if each sample is turned into the mean attitude of the hold
 before the mean is taken: then the mean of gravity is gravity, and the mean of the acceleration is
-the change of the velocity over the duration.
+the change of the velocity over the duration. From that attitude a rotation begins, and at that of
+the next hold it ends; the order of the turns up to there counts, too.
 """
 
 from collections.abc import Sequence
@@ -20,6 +21,8 @@ from imucal_wizard.measurement.holds import Hold
 
 ANOTHER_FIT = 0.1
 """Change of a mean over its noise, below which it is not worth another fit."""
+LONGEST_IN_HAND = 60.0
+"""Seconds of a hold beyond which the device lies on something."""
 BEYOND_NOISE = 4.0
 """Variance of the angle, without a parabola, over that by white noise of the gyroscope, up to which
 the device rests: the noise is known to a factor of two, and the bias wanders as well."""
@@ -63,10 +66,32 @@ class _Sway:
         Args:
             rate: mean rate in the hold, rad/s, shape (3,).
         """
-        angle, mean = self.angle + self.place[:, None] * rate, self.force.mean(axis=0)
+        angle, mean = self._whole(rate), self.force.mean(axis=0)
         squares = angle.T @ angle / len(angle) - np.diag(self.noise)
         first = np.cross(angle, self.force).mean(axis=0)
         return np.asarray(first + 0.5 * (squares @ mean - np.trace(squares) * mean))
+
+    def order(self, rate: FloatArray) -> FloatArray:
+        """Turn from the beginning to the mean attitude beyond the angle, and from that to the end.
+
+        To second order, the attitude since the beginning is φ = θ + ½ ∫ θ × dθ, and the turn from
+        its mean to its end is φ − φ̄ − ½ φ̄ × φ.
+
+        Args:
+            rate: mean rate in the hold, rad/s, shape (3,).
+
+        Returns:
+            Rotation vectors, rad, shape (2, 3).
+        """
+        angle = self._whole(rate)
+        angle = angle - angle[0]
+        added = 0.5 * np.cross(angle[:-1], np.diff(angle, axis=0)).cumsum(axis=0)
+        begun = added.sum(axis=0) / len(angle)
+        return np.array([begun, added[-1] - begun - 0.5 * np.cross(angle.mean(axis=0), angle[-1])])
+
+    def _whole(self, rate: FloatArray) -> FloatArray:
+        """The angle to the mean attitude with that of a mean rate, rad, shape (n, 3)."""
+        return self.angle + self.place[:, None] * rate
 
 
 def without_sway(
@@ -100,7 +125,11 @@ def without_sway(
     rates *= np.sqrt(min(max(turned, 0.0), 1.0))
     found = list(holds)
     for (k, sway), rate in zip(known.items(), rates, strict=True):
-        found[k] = replace(holds[k], accelerometer=holds[k].accelerometer + sway.change(rate))
+        found[k] = replace(
+            holds[k],
+            accelerometer=holds[k].accelerometer + sway.change(rate),
+            gyroscope_order=sway.order(rate) / size,
+        )
     return found
 
 
@@ -108,8 +137,10 @@ def _sway_of(
     hold: Hold, accelerometer: Series, gyroscope: Series, size: float, density: FloatArray
 ) -> _Sway | None:
     """How a hold sways; None where the gyroscope does not show it."""
+    if hold.gyroscope is None or hold.end - hold.start > LONGEST_IN_HAND:
+        return None
     force, turned = hold.readings(accelerometer), hold.readings(gyroscope)
-    if hold.gyroscope is None or min(len(force), len(turned)) < 2:
+    if min(len(force), len(turned)) < 2:
         return None
     steps = np.diff(turned.time)[:, None]
     rate = size * (turned.values - turned.values.mean(axis=0))
@@ -125,7 +156,7 @@ def _sway_of(
     bow = place**2 - (place @ place) / len(place)
     swayed = angle - np.outer(bow, bow @ angle / max(float(bow @ bow), 1e-300))
     least, most = (float((one**2).mean(axis=0).sum()) for one in (swayed, angle))
-    if least <= BEYOND_NOISE * noise.sum() or most >= LARGEST**2:
+    if not (least > BEYOND_NOISE * noise.sum() and most < LARGEST**2):  # or not all are numbers
         return None
     return _Sway(force.values, place, angle, noise)
 

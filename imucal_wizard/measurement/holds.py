@@ -74,6 +74,9 @@ class Hold:
         gyroscope_turn: integral of the gyroscope's reading less its mean from each moment of the
             hold to the end, averaged over the hold, reading × s, shape (3,), or None. With the mean
             it gives how far a swaying device turned from its mean direction to that at the end.
+        gyroscope_order: what the order of turns adds to the integral of the reading from the
+            beginning to the mean attitude, and from that to the end, reading × s, shape (2, 3), or
+            None where it is not known.
         gyroscope_quiet: variance of the gyroscope's mean if its noise at all frequencies were that
             of those at which the device moves least, shape (3,), or None where it is not known.
         sway: covariance of the accelerometer's mean, of the mean integral of the gyroscope less its
@@ -100,6 +103,7 @@ class Hold:
     gyroscope_scatter: FloatArray | None = None
     noise_freedom: int = 2 * NOISE_FREQUENCIES
     gyroscope_turn: FloatArray | None = None
+    gyroscope_order: FloatArray | None = None
     gyroscope_quiet: FloatArray | None = None
     sway: FloatArray | None = None
     allan_covariances: FloatArray | None = None

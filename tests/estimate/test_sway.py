@@ -124,6 +124,19 @@ def test_a_gyroscope_in_another_unit_changes_nothing() -> None:
         assert after is before
 
 
+def test_a_rate_that_is_no_number_leaves_its_hold_as_it_is() -> None:
+    """All others are corrected."""
+    readings = noisy(felt(rocking(0.8, 4)))
+    assert readings.gyroscope is not None
+    holds = find_holds(readings, G)[0]
+    values = readings.gyroscope.values.copy()
+    values[np.searchsorted(readings.gyroscope.time, holds[3].start + 1.0)] = np.nan
+    broken = replace(readings, gyroscope=replace(readings.gyroscope, values=values))
+    found = without_sway(holds, broken, 1.0, None)
+    assert [k for k, one in enumerate(found) if one is holds[k]] == [3]
+    assert all(np.isfinite(one.accelerometer).all() for one in found)
+
+
 def test_counts_are_corrected_once_their_size_is_known() -> None:
     """The same bias to a tenth of its standard error as in units, far from that without."""
     readings = recorded(rocking(0.8, 7), DEVICE, np.random.default_rng(7))
@@ -156,3 +169,34 @@ def test_a_recheck_in_a_rocking_hand_agrees_with_the_truth() -> None:
     assert errors[0] < 0.5 * errors[1], errors
     holds = fit_readings(moving).holds
     assert made_of(moving, holds)
+
+
+@pytest.mark.parametrize(("degrees", "seed"), [(0.3, 1), (0.5, 2)])
+def test_the_order_of_turns_in_a_rocking_hold_is_known(degrees: float, seed: int) -> None:
+    """The turns from the beginning to the mean attitude and on to the end, against true attitudes.
+
+    Every sample has the true rate over the interval that follows it.
+    """
+    motion = rocking(degrees, seed)
+    readings = noisy(felt(motion))
+    holds = find_holds(readings, G)[0]
+    left, unordered = [], []
+    for one in without_sway(holds, readings, 1.0, None):
+        rows = np.flatnonzero((motion.time >= one.start) & (motion.time < one.end - 1e-4))
+        attitudes, assumed = motion.attitude[rows], one.gyroscope_order
+        assert assumed is not None
+        step = 1.0 / DEVICE.rate
+        halves = 0.5 * step * (motion.rate[rows[1:]] + motion.rate[rows[:-1]])
+        angle = np.vstack([np.zeros(3), np.cumsum(halves, axis=0)])
+        # the trapezoidal rule is half a sample ahead of the attitudes, at each end and in the mean
+        ahead = 0.5 * step * (motion.rate[rows] - motion.rate[rows[0]])
+        linear = np.array([angle.mean(axis=0), angle[-1] - angle.mean(axis=0)])
+        linear -= [ahead.mean(axis=0), ahead[-1] - ahead.mean(axis=0)]
+        middle = attitudes.mean()
+        true = np.array([
+            (attitudes[0].inv() * middle).as_rotvec(),
+            (middle.inv() * attitudes[-1]).as_rotvec(),
+        ])  # fmt: skip
+        left.append(true - linear - assumed)
+        unordered.append(true - linear)
+    assert np.sqrt(np.mean(np.square(left))) < 0.3 * np.sqrt(np.mean(np.square(unordered)))
