@@ -21,6 +21,10 @@ from imucal_wizard.measurement.holds import Hold
 
 ANOTHER_FIT = 0.1
 """Change of a mean over its noise, below which it is not worth another fit."""
+AVERAGED = 0.2
+"""Seconds of averages that leave a sway and little of a tremor."""
+MIN_AVERAGES = 4
+"""Of a hold that shows a sway."""
 LONGEST_IN_HAND = 60.0
 """Seconds of a hold beyond which the device lies on something."""
 BEYOND_NOISE = 4.0
@@ -106,8 +110,10 @@ def without_sway(
         noise: power density of the gyroscope's noise on each axis, reading units² s, shape (3,),
             where it is known.
     """
-    if readings is None or readings.gyroscope is None:
+    if readings is None:
         return list(holds)
+    if readings.gyroscope is None:
+        return [_by_direction(hold, readings.accelerometer) for hold in holds]
     density = np.zeros(3) if noise is None else size**2 * noise
     known = {
         k: sway
@@ -131,6 +137,33 @@ def without_sway(
             gyroscope_order=sway.order(rate) / size,
         )
     return found
+
+
+def _by_direction(hold: Hold, accelerometer: Series) -> Hold:
+    """A hold with the length of the force without the sway that the force itself shows.
+
+    Slower than about 2 Hz, what the force changes by across its mean is mostly how gravity turns in
+    the device; the acceleration of a hand is faster, and averages over a fifth of a second leave
+    little of it.
+    """
+    force = hold.readings(accelerometer).values
+    size = max(round(AVERAGED * accelerometer.rate), 1)
+    count = len(force) // size
+    if count < MIN_AVERAGES or hold.end - hold.start > LONGEST_IN_HAND:
+        return hold
+    pieces = force[: count * size].reshape(count, size, 3)
+    mean, averages = force.mean(axis=0), pieces.mean(axis=1)
+    up = mean / np.linalg.norm(mean)
+
+    def across(values: FloatArray) -> float:
+        return float((values**2).sum() - ((values @ up) ** 2).sum())
+
+    slow = across(averages - mean) / count
+    noise = across((pieces - averages[:, None]).reshape(-1, 3)) / (count * max(size - 1, 1)) / size
+    swayed = max(slow - noise, 0.0)
+    return replace(
+        hold, accelerometer=hold.accelerometer + 0.5 * swayed / np.linalg.norm(mean) * up
+    )
 
 
 def _sway_of(

@@ -382,6 +382,8 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     An exponential with one time constant and an amplitude per axis is fitted to the block means. If
     it exceeds the noise, the beginning is left out, as long as the doubt about the settling in the
     rest outweighs the noise of fewer samples, and the fitted settling in the rest is subtracted.
+    Without a gyroscope, only the settling along gravity counts: across it, the size of gravity
+    hardly shows it.
 
     Args:
         blocks: consecutive blocks.
@@ -392,6 +394,9 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     if first < MIN_BLOCKS_TO_TRIM:
         return blocks
     means = blocks.mean_a[:first] - blocks.mean_a[first - 1]
+    if not blocks.turning:  # without rates, what moves across gravity may be a hand's sway
+        along = blocks.mean_a.mean(axis=0)
+        means = np.outer(means @ along, along) / float(along @ along)
     variance = np.add.reduce(blocks.variance[:first, :3], axis=0) / first
     rounded = rounding_variance(variance, step_a + np.zeros(3))
     noise = np.maximum(variance / blocks.size + rounded, 1e-300)
