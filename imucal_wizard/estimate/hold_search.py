@@ -46,9 +46,7 @@ _TOO_UNEVEN = (
 )
 
 
-def find_holds(
-    readings: Readings, gravity: float
-) -> tuple[list[Hold], Steps, list[tuple[float, float]]]:
+def find_holds(readings: Readings, gravity: float) -> tuple[list[Hold], Steps, list[Hold]]:
     """The holds under the limit from which the best calibration follows.
 
     Returns:

@@ -159,8 +159,14 @@ def _are_positions(values: FloatArray) -> bool:
 def _found(readings: Readings, options: FitOptions) -> FitReport:
     holds, resolution, apart = find_holds(_without(readings, options.left_out), options.gravity)
     silent, wrong = _at_ends(holds, resolution, readings)
+    # rests in which the gyroscope reads another mean are rests of the accelerometer all the same
+    _, wrong_apart = _at_ends(apart, resolution, readings)
+    still = [
+        replace(hold, gyroscope=None, gyroscope_covariance=None, gyroscope_turn=None, sway=None)
+        for hold, out in zip(apart, wrong_apart, strict=True)
+        if not out
+    ]
     holds = [hold for hold, out in zip(holds, wrong, strict=True) if not out]
-    _check(holds, readings.accelerometer.rate)
     readings, alone = _with_gyroscope_of(holds, readings)
     rotations: list[Rotation] = []
     if readings.gyroscope is not None and len(readings.gyroscope):
@@ -171,16 +177,18 @@ def _found(readings: Readings, options: FitOptions) -> FitReport:
     if readings.gyroscope is not None:
         rates["gyroscope"] = readings.gyroscope.rate
     units, steps = _units(readings), (rounding_step(readings.accelerometer.values), resolution[1])
+    every = sorted([*holds, *still], key=lambda hold: hold.start)
+    _check(every, readings.accelerometer.rate)
     on_table = options.rates or options.turns
     warnings = (
         *readings.warnings,
         *([] if on_table else _apart(apart, holds, readings)),
         *alone,
         *silent,
-        *rounding_warnings(holds, steps, _in_steps(readings, steps, units)),
+        *rounding_warnings(every, steps, _in_steps(readings, steps, units)),
     )
     return fit_holds(
-        with_rounding(holds, steps), rotations, rates, units, options, (), warnings, readings
+        with_rounding(every, steps), rotations, rates, units, options, (), warnings, readings
     )
 
 
@@ -218,26 +226,21 @@ def _in_steps(readings: Readings, steps: Steps, units: dict[str, str]) -> dict[s
     }
 
 
-def _apart(
-    rests: Sequence[tuple[float, float]], holds: Sequence[Hold], readings: Readings
-) -> list[Notice]:
+def _apart(rests: Sequence[Hold], holds: Sequence[Hold], readings: Readings) -> list[Notice]:
     """A warning if there are rests in which the gyroscope reads another mean than in the holds."""
     gyroscope, known = readings.gyroscope, [one.gyroscope for one in holds]
     usual = [one for one in known if one is not None]
-    if not rests or gyroscope is None or not usual:
-        return []
-    parts = [gyroscope.between(start, end).values for start, end in rests]
-    means = np.array([part.mean(axis=0) for part in parts if len(part)]).reshape(-1, 3)
-    if not len(means):
+    means = np.array([one.gyroscope for one in rests if one.gyroscope is not None])
+    if not len(means) or gyroscope is None or not usual:
         return []
     most = float(np.abs(means - median_of_rows(np.array(usual))).max())
     count, off = plural(len(rests), "rest"), quantity(most, gyroscope.unit, 2)
-    first = f"from {rests[0][0]:.1f} to {rests[0][1]:.1f} s"
+    first = f"from {rests[0].start:.1f} to {rests[0].end:.1f} s"
     text = (
         f"in {count} of the accelerometer, the first {first}, the gyroscope's mean is up to {off} "
-        "off the mean in the holds, so they are not used: its bias jumped or drifted, its readings "
-        "froze, the sensor was exchanged, or the device turned slowly, in the hand or on something "
-        "that turns"
+        "off the mean in the holds, so they are not used for the gyroscope: its bias jumped or "
+        "drifted, its readings froze, the sensor was exchanged, or the device turned slowly, in "
+        "the hand or on something that turns"
     )
     return [Notice(text, NoticeKind.RESTS_LEFT_OUT, "gyroscope")]
 

@@ -403,8 +403,8 @@ def _blocks_of(stream: ReducedRecording, hold: Hold) -> Blocks:
     return stream.blocks.select(slice(first, past))
 
 
-def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[float, float]]:
-    """Calm rests that are no holds because the gyroscope reads another mean there: begin, end, s.
+def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[Hold]:
+    """Calm rests that are no holds because the gyroscope reads another mean there.
 
     Its bias has jumped, or the device lies on something that turns. Turns about the vertical, after
     which the gyroscope reads its usual mean again, are none: the accelerometer does not see them.
@@ -422,7 +422,7 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         return []
     most = np.maximum(limits.rate, stream.least_rate)
     ends = np.array([one.end for one in holds])
-    parts: dict[int, list[tuple[float, float]]] = {}
+    parts: dict[int, list[Hold]] = {}
     jumped: set[int] = set()
     for one in holds_under(replace(stream, resting_rate=None), limits):
         if one.gyroscope is None or any(
@@ -433,7 +433,7 @@ def rests_apart(stream: ReducedRecording, holds: Sequence[Hold]) -> list[tuple[f
         off = one.gyroscope - usual[here]
         if (np.abs(off) > most).any():
             part = int((ends <= one.start).sum())
-            parts.setdefault(part, []).append((one.start, one.end))
+            parts.setdefault(part, []).append(one)
             if not _about_vertical(off, one.accelerometer, most):
                 jumped.add(part)
     last = len(holds)

@@ -539,7 +539,9 @@ def test_an_axis_in_another_unit_than_the_others_is_named(factor: float) -> None
     assert _warned(fit_readings(with_accelerometer(session(), change)), "accelerometer's", *words)
 
 
-def test_rests_that_are_not_used_because_of_the_gyroscope_are_told(plain: FitReport) -> None:
+def test_rests_that_the_gyroscope_does_not_use_are_told_and_the_accelerometer_does(
+    plain: FitReport,
+) -> None:
     """A gyroscope whose bias jumps by 3 °/s half way, as one that is exchanged."""
 
     def jump(rate: FloatArray) -> FloatArray:
@@ -547,9 +549,30 @@ def test_rests_that_are_not_used_because_of_the_gyroscope_are_told(plain: FitRep
         return rate
 
     report = fit_readings(with_gyroscope(session(), jump))
-    assert len(report.holds) < len(plain.holds)
-    assert _warned(report, "rests of the accelerometer", "not used", "its bias jumped or drifted")
+    assert len(report.holds) >= len(plain.holds)  # it jumps in one of them
+    assert sum(hold.gyroscope is not None for hold in report.holds) < len(plain.holds)
+    assert _warned(
+        report, "rests of the accelerometer", "not used for the gyroscope", "its bias jumped"
+    )
     assert report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
+
+
+def test_a_step_of_the_accelerometer_is_not_hidden_by_one_of_the_gyroscope() -> None:
+    """Both are switched off and on half way: 6 mg on x, and 3 °/s."""
+
+    def jump(rate: FloatArray) -> FloatArray:
+        rate[len(rate) // 2 :] += np.radians(3.0)
+        return rate
+
+    def step(force: FloatArray) -> FloatArray:
+        force[len(force) // 2 :, 0] += 6e-3 * STANDARD_GRAVITY
+        return force
+
+    readings = with_gyroscope(with_accelerometer(session(), step), jump)
+    benches = Benches(fit_readings(readings), readings)
+    found = {one.sensor: one for one in diagnose_benches(benches, {}, automatic=False)}
+    assert found["accelerometer"].verdict is not Verdict.COMPLETE
+    assert "bias-step" in found["accelerometer"].says
 
 
 def test_noise_that_is_missing_is_no_coarse_step_and_no_repeated_sample() -> None:

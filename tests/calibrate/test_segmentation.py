@@ -360,7 +360,7 @@ def test_a_turn_about_the_vertical_may_be_the_last_motion(plain: FitReport, end:
     assert jumped is not None
     apart = rests_apart(jumped, [one for one in holds if one.end < half])
     assert len(apart) > 5
-    assert min(start for start, _ in apart) > half - 0.5
+    assert min(one.start for one in apart) > half - 0.5
 
 
 def test_a_turn_that_is_quieter_than_the_holds_is_not_the_rest_of_the_gyroscope(

@@ -132,7 +132,9 @@ def test_a_recording_of_one_position_is_one_hold(offset: float, unit: str) -> No
         fit_readings(readings)
 
 
-def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_path: Path) -> None:
+def test_a_gyroscope_whose_bias_jumps_far_hides_no_hold_of_the_accelerometer(
+    tmp_path: Path,
+) -> None:
     """The positions were said to lie in one plane, although each face had been up."""
     path = tmp_path / "recording.csv"
     simulate_recording(path, poses="6", seed=100, rate=200.0)
@@ -141,10 +143,31 @@ def test_a_gyroscope_whose_bias_jumps_far_is_named_as_what_hides_the_holds(tmp_p
     assert gyroscope is not None
     jumps = np.radians(3.0) * (gyroscope.time // 20.0)[:, None] * np.array([1.0, 0.0, 0.0])
     jumping = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + jumps))
+    report = fit_readings(jumping)
+    (jump, *_) = report.warned("gyroscope", NoticeKind.RESTS_LEFT_OUT)
+    assert "not used for the gyroscope: its bias jumped" in jump
+    plain = fit_readings(readings).sensors["accelerometer"]
+    found = report.sensors["accelerometer"]
+    assert found.bias == pytest.approx(plain.bias, abs=3e-3)
+    assert found.rms_held_out is not None
+    assert found.rms_held_out < 2e-3
+
+
+def test_a_gyroscope_that_jumps_within_all_holds_is_named_as_what_hides_them(
+    tmp_path: Path,
+) -> None:
+    """Every second by some 30 °/s: no rest is left of which it reads the mean."""
+    path = tmp_path / "recording.csv"
+    simulate_recording(path, poses="6", seed=100, rate=200.0)
+    readings = read_files([path])
+    gyroscope = readings.gyroscope
+    assert gyroscope is not None
+    sizes = np.radians(30.0) * np.random.default_rng(1).standard_normal((1000, 3))
+    jumping = gyroscope.values + sizes[gyroscope.time.astype(int)]
     with pytest.raises(
         DataError, match=r"mean changes by \d+ °/s between the \d+ holds"
     ) as refused:
-        fit_readings(jumping)
+        fit_readings(replace(readings, gyroscope=replace(gyroscope, values=jumping)))
     assert "restarting the sensor" in str(refused.value)
 
 
