@@ -149,7 +149,10 @@ def scatter(count: int, settling: float, *, trimmed: bool, device: Device) -> Fl
     for seed in range(FRESH, FRESH + count):
         rng = np.random.default_rng([seed, 11])
         up = POSES / np.linalg.norm(POSES, axis=1)[:, None]
-        holds = [_settling_hold(one, settling, trimmed, device, rng) for one in up]
+        holds = [
+            _settling_hold(4.0 * place, one, settling, trimmed, device, rng)
+            for place, one in enumerate(up)
+        ]
         fit = fit_accelerometer(holds, G, "m/s^2")
         off.append([*(fit.bias / G * 1e3), *((np.diag(fit.matrix) - 1.0) * 1e6)])
     squares = np.square(off).mean(axis=0)
@@ -157,14 +160,20 @@ def scatter(count: int, settling: float, *, trimmed: bool, device: Device) -> Fl
 
 
 def _settling_hold(
-    up: FloatArray, settling: float, trimmed: bool, device: Device, rng: np.random.Generator
+    begin: float,
+    up: FloatArray,
+    settling: float,
+    trimmed: bool,
+    device: Device,
+    rng: np.random.Generator,
 ) -> Hold:
     time = np.arange(round(3.0 * device.rate)) / device.rate
     white = 1e-3 * G * device.noise * np.sqrt(device.rate / 2.0)
     values = G * up + white * rng.standard_normal((len(time), 3))
     sign = rng.choice([-1.0, 1.0], 3)
     values += 1e-3 * G * settling * np.exp(-time / 0.5)[:, None] * sign
-    blocks = BlockCutter(device.rate).feed(Readings(Series(time, values, "m/s^2"), None))
+    force = Series(begin + time, values, "m/s^2")
+    blocks = BlockCutter(device.rate).feed(Readings(force, None))
     hold = hold_at_rest(blocks, G) if trimmed else hold_from(blocks)
     return hold or hold_from(blocks)
 

@@ -264,14 +264,15 @@ def _explained(
     values, vectors = np.linalg.eigh(across.T @ slow @ across)
     values = np.maximum(values, 0.0)
     # what the fit takes up whole shows nothing, nor do spans without an order in time
-    shown = float(values.sum()) > MIN_DETERMINED * float(np.abs(np.diag(slow)).sum())
+    left, whole = float(values.sum()), float(np.trace(slow))
+    shown = left > MIN_DETERMINED * float(np.abs(np.diag(slow)).sum())
     size = float(values.mean()) if shown else 1.0
     square = (vectors.T @ (across.T @ errors)) ** 2
     variance = 1.0 + np.outer(parts, values / size)
     scale = (square / variance).sum(axis=1) / freedom
     log = -0.5 * np.log(variance).sum(axis=1)
     log -= 0.5 * freedom * np.log(np.maximum(scale, np.finfo(float).tiny))
-    left_in = float(values.sum()) / max(float(np.trace(slow)), np.finfo(float).tiny)
+    left_in = left / whole if whole > np.finfo(float).tiny else 0.0
     information = ((1.0 - 1.0 / variance) ** 2).sum(axis=1)
     return log, information, scale, scale * shown * parts / size, left_in
 

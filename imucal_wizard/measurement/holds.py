@@ -394,9 +394,6 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
     if first < MIN_BLOCKS_TO_TRIM:
         return blocks
     means = blocks.mean_a[:first] - blocks.mean_a[first - 1]
-    if not blocks.turning:  # without rates, what moves across gravity may be a hand's sway
-        along = blocks.mean_a.mean(axis=0)
-        means = np.outer(means @ along, along) / float(along @ along)
     variance = np.add.reduce(blocks.variance[:first, :3], axis=0) / first
     rounded = rounding_variance(variance, step_a + np.zeros(3))
     noise = np.maximum(variance / blocks.size + rounded, 1e-300)
@@ -423,6 +420,16 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
         return blocks
     if blocks.turning and _turns(blocks.select(slice(0, first)), fading[:first]):
         return blocks
+    if not blocks.turning:  # what moves across gravity may be a hand's sway, and an exponential
+        # that is none, once taken off, makes the force longer
+        along = blocks.mean_a.mean(axis=0)
+        along /= np.linalg.norm(along)
+        on_it = float(size[best] @ along)
+        if not on_it**2 > MIN_SETTLING_AXIS * float(along**2 @ noise):
+            return blocks
+        amplitude = on_it / norms[best] * along
+        corrected = blocks.mean.copy()
+        corrected[:, :3] -= np.outer(fading, amplitude)
     least = min(len(blocks), max(round(MIN_HOLD_SECONDS / seconds), MIN_BLOCKS_TO_TRIM))
     kept = np.arange(len(blocks), least - 1, -1)
     tail = np.cumsum(fading[::-1])[kept - 1] / kept
