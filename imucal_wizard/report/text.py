@@ -259,9 +259,10 @@ def second_stage_lines(stage: "SecondStage") -> list[str]:
     if abs(dip) > MIN_DIP_OF_HEMISPHERE:
         sign, there = ("positive", "south") if dip > 0.0 else ("negative", "north")
         # m and −m fit gravity and every rotation equally: only the user knows the hemisphere
-        lines.append(
-            f"  {sign} dip: if you are {there} of the magnetic equator, an axis is mirrored"
-        )
+        text = f"  {sign} dip: if you are {there} of the magnetic equator, an axis is mirrored"
+        lines.append(text)
+        if alignment.axes and alignment.mirrored:
+            lines.append(f"    and the axes are these instead: {alignment.mirrored}")
     left = len(alignment.used) - used
     if left:
         do, were, them = ("does", "was", "it") if left == 1 else ("do", "were", "them")

@@ -298,6 +298,7 @@ def test_a_mirrored_axis_shows_as_the_other_half_of_the_earth() -> None:
     mirrored = replace(readings.magnetometer, values=readings.magnetometer.values * [1, 1, -1])
     report = fit_readings(replace(readings, magnetometer=mirrored))
     assert np.degrees(stage_of(report).alignment.dip) == pytest.approx(-SESSION.dip, abs=0.2)
+    assert "and the axes are these instead: z points the other way" in summary(report)
     assert "negative dip: if you are north of the magnetic equator" in summary(report)
     assert max(map(len, summary(report).splitlines())) <= 80
 

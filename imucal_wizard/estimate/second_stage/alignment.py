@@ -92,6 +92,11 @@ class Alignment:
         return axes_in_words(self.rotation, "the accelerometer's")
 
     @property
+    def mirrored(self) -> str:
+        """The same for the opposite field, which no motion tells from this one."""
+        return axes_in_words(-self.rotation, "the accelerometer's")
+
+    @property
     def rms(self) -> float:
         """Of the dip's error over the positions used, rad."""
         return float(np.sqrt(np.mean(self.residuals[self.used] ** 2)))
