@@ -206,15 +206,15 @@ def test_rotations_tell_a_rate_bias_better_than_rests_that_all_show_one_step() -
 
 @pytest.mark.study
 def test_a_rate_bias_that_rotations_tell_is_as_certain_as_stated() -> None:
-    """Twelve coarse sessions: a rotation that begins and ends at rest is shifted there as well."""
+    """Six coarse sessions: a rotation that begins and ends at rest is shifted there as well."""
     step, off = 0.01, []
-    for seed in range(40, 52):
+    for seed in range(40, 46):
         report = fit_readings(_in_steps(_exact(100.0, 0.03, False, seed), 0.0, step))
         known = {one.name: one for one in report.sensors["gyroscope"].parameters}
         for axis, true in zip("xyz", SensorModel.drawn(seed).gyroscope.bias, strict=True):
             one = known[f"bias_{axis}"]
             off.append(abs(one.value - true) / (one.standard_error or 0.0))
-    # 36 parameters; how the shift wanes as a motion begins is known for usual motions only
+    # 18 parameters; how the shift wanes as a motion begins is known for usual motions only
     assert np.mean(np.array(off) < 1.96) > 0.8
 
 
@@ -233,8 +233,8 @@ def test_a_gyroscope_in_whole_degrees_per_second_is_no_missing_effect() -> None:
 @pytest.mark.study
 def test_gyroscopes_in_whole_degrees_per_second_are_complete_but_for_chance() -> None:
     """A model is not called complete in one of twenty sessions by chance."""
-    verdicts = [_verdict_in_whole_degrees(seed) for seed in range(74, 80)]
-    assert verdicts.count(Verdict.COMPLETE) >= 5
+    verdicts = [_verdict_in_whole_degrees(seed) for seed in range(74, 78)]
+    assert verdicts.count(Verdict.COMPLETE) >= 3
     assert not set(verdicts) & {Verdict.MISSING, Verdict.DISTURBED}
 
 

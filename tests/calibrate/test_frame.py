@@ -24,12 +24,12 @@ from tests.estimate.truth import (
 def test_the_gyroscopes_standard_errors_count_the_accelerometers() -> None:
     """A noisy accelerometer bends every rotation's frame alike; the truth is still covered.
 
-    30 repetitions of 36 holds with 0.6 mg each and a gyroscope nearly without noise. The closure
+    20 repetitions of 36 holds with 0.6 mg each and a gyroscope nearly without noise. The closure
     alone would give gains half as uncertain as they are. Tolerance: 3.5 binomial deviations.
     """
     gyroscope = typical_gyroscope()
     true = full_parameters(gyroscope.matrix, gyroscope.bias)
-    repetitions = 30
+    repetitions = 20
     inside: Counter[str] = Counter()
     for seed in range(repetitions):
         rng = np.random.default_rng(seed)

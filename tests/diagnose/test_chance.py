@@ -13,7 +13,7 @@ from imucal_wizard.diagnose.significance import Chances, log_odds, members
 from imucal_wizard.diagnose.suspects import rank
 from tests.diagnose.sessions import session
 
-DRAWS = 250
+DRAWS = 125
 LEVELS = (0.05, 0.1, 0.3, 0.6)
 IN_WHITE_NOISE = 0.1
 """By which p of 0.3 comes too often where the noise wanders, in 1,500 draws of another seed: half

@@ -100,7 +100,7 @@ def test_gains_that_the_rotations_do_not_determine_may_be_wrong(seed: int) -> No
 def test_it_covers_the_error_of_magnetometers() -> None:
     """The same of the field's magnitude, with slow noise that many rows share."""
     rng = np.random.default_rng(78)
-    units = [one_magnetometer(STANDARD, CONSUMER, rng) for _ in range(10)]
+    units = [one_magnetometer(STANDARD, CONSUMER, rng) for _ in range(6)]
     inside = np.mean([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     assert 0.85 < inside < 0.99
@@ -112,7 +112,7 @@ def test_it_covers_the_error_of_magnetometers() -> None:
 def test_it_covers_the_error_of_accelerometers(design: str, colour: str) -> None:
     """93 to 97 % of directions, of a bias that walks far at least that, and 2.5 standard errors."""
     rng = np.random.default_rng(77)
-    units = [one_unit(design, colour, rng) for _ in range(16)]
+    units = [one_unit(design, colour, rng) for _ in range(8)]
     inside = np.array([np.mean(np.abs(one.errors) <= one.could_be) for one in units])
     true = np.array([np.sqrt(np.mean(one.errors**2)) for one in units])
     said = np.array([one.could_be for one in units])

@@ -33,8 +33,8 @@ from tests.diagnose.sessions import session
 
 Rule = Callable[[FloatArray], bool]
 
-RECORDINGS = 60
-"""With fewer, the largest few of them, which decide on 95 in 100, say little."""
+RECORDINGS = {SEEN: 60, NAMED: 30}
+"""With fewer, the largest few of them, which decide on 95 or 90 in 100, say little."""
 NOISE = float(SIGMAS[2])
 
 
@@ -79,15 +79,15 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool
         met: the rule, of what is left, whitened.
         what: ``seen`` or ``named``.
     """
-    found = []
-    for each in NOISE * np.random.default_rng(3).standard_normal((RECORDINGS, len(shown))):
+    found, count = [], RECORDINGS[what]
+    for each in NOISE * np.random.default_rng(3).standard_normal((count, len(shown))):
 
         def at(factor: float, each: FloatArray = each) -> bool:
             return met(known.frame.across @ (factor * shown + each))
 
         found.append(least_factor(at, 1.0))
     return Compared(
-        what, np.ones((RECORDINGS, 1)), np.array(found), np.ones((RECORDINGS, 2, 1))
+        what, np.ones((count, 1)), np.array(found), np.ones((count, 2, 1))
     ).may_be_right
 
 

@@ -151,7 +151,7 @@ def test_place_kind_and_width_of_a_change_are_right(
     """At 20 and 80 times the noise, by poses 0.03 g apart, which show a width of 0.06 g hardly."""
     form, at = (smooth_bump, 0.25) if bump else (smooth_step, 0.3)
     kinds, widths, near, heights = [], [], [], []
-    for seed in range(24841, 24847):
+    for seed in range(24841, 24845):
         found = bench(lambda f, _: height * form(f, width), everywhere(), seed)
         steep = (
             shape(found, "unknown-shape/x").steep
@@ -163,7 +163,7 @@ def test_place_kind_and_width_of_a_change_are_right(
             widths.append(steep.width_interval[0] <= width <= steep.width_interval[1])
             near.append(abs(steep.at - at) < max(0.05, 0.25 * width))
             heights.append(abs(steep.rise - height) < 4.0 * steep.rise_error)
-    assert len(kinds) >= 4
+    assert len(kinds) >= 3
     assert all(kinds)
     assert all(near)
     assert sum(widths) >= len(widths) - 1
@@ -342,16 +342,16 @@ def test_curves_are_offered_for_foreign_shapes_alone() -> None:
     plain = [
         judged("accelerometer", "26+12", noise, what, 7, k)
         for what in ("", "second-order")
-        for k in range(6)
+        for k in range(3)
     ]
     assert not any(one.offered for one in plain)
     foreign = [
         judged("accelerometer", "26+12", noise, what, 7, k)
         for what in ("ripple", "bias that swings in time")
-        for k in range(6)
+        for k in range(3)
     ]
     found = [one for one in foreign if one.offered]
-    assert len(found) >= 6
+    assert len(found) >= 3
     assert all(one.offered[0] == one.right for one in found)
     assert all(one.after is not None and one.after < one.before for one in found)
 

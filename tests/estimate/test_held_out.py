@@ -263,9 +263,9 @@ def test_unequally_noisy_holds_widen_the_interval_as_log_normal_noise_does(up: F
     ids=["18 poses", "26 + 12 poses"],
 )
 def test_the_interval_holds_the_error_of_new_holds(up: FloatArray, sigma: float) -> None:
-    """Of 150 units nine in ten; between 87 and 93 % and 2.5 binomial deviations to either side."""
+    """Of 100 units nine in ten; between 87 and 93 % and 2.5 binomial deviations to either side."""
     rng = np.random.default_rng(31)
-    units, inside = 150, 0
+    units, inside = 100, 0
     for _ in range(units):
         truth = random_triangular(rng)
         placed = tilted(up, 1.0, rng)

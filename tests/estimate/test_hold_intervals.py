@@ -20,10 +20,10 @@ pytestmark = pytest.mark.study
     ],
 )
 def test_intervals_hold_the_truth(poses: str, noise: str, rest: float) -> None:
-    """Of each parameter 95 % within 4 standard deviations of 50 sessions, of all within 4.5 %."""
-    found = coverage(DESIGNS[poses], NOISES[noise], 50, 31, rest)
-    assert found == pytest.approx(np.full(9, 0.95), abs=4.0 * np.sqrt(0.95 * 0.05 / 50.0))
-    assert found.mean() == pytest.approx(0.95, abs=0.045)
+    """Of each parameter 95 % within 4 standard deviations of 30 sessions, of all within 5.8 %."""
+    found = coverage(DESIGNS[poses], NOISES[noise], 30, 31, rest)
+    assert found == pytest.approx(np.full(9, 0.95), abs=4.0 * np.sqrt(0.95 * 0.05 / 30.0))
+    assert found.mean() == pytest.approx(0.95, abs=0.058)
 
 
 @pytest.mark.parametrize("uneven", [0.0, 1.0])

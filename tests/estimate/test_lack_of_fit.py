@@ -83,7 +83,7 @@ def test_few_repeats_do_not_excuse_rows_in_motion() -> None:
 @pytest.mark.parametrize("poses", [18, 54])
 def test_the_noise_within_holds_has_at_least_the_freedom_that_is_said(poses: int) -> None:
     """By the scatter of what is found of white noise, from one session to another."""
-    rng, count = np.random.default_rng(poses), 400
+    rng, count = np.random.default_rng(poses), 200
     design = np.tile(DESIGNS["18"], (poses // 18, 1))
     found = []
     for _ in range(count):

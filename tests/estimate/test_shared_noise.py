@@ -164,9 +164,9 @@ def test_the_floor_has_no_usual_size_of_what_few_directions_leave_open(direction
 def test_the_gyroscope_reaches_the_joint_bound() -> None:
     """With an accelerometer of 6 mg per sample; 1.7 times the bound without the shared noise.
 
-    24 sessions know the ratio of a group to about 12 %, and the share of the intervals to 1.3 %.
+    16 sessions know the ratio of a group to about 15 %, and the share of the intervals to 1.6 %.
     """
-    outcome = studied(POOR, 24, 50)
+    outcome = studied(POOR, 16, 50)
     for group in GROUPS:
-        assert outcome.group(group)[0] < 1.3, group
-    assert outcome.held.mean() > 0.92
+        assert outcome.group(group)[0] < 1.38, group
+    assert outcome.held.mean() > 0.913

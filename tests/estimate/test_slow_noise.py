@@ -362,12 +362,12 @@ def test_rests_that_follow_one_another_tell_less_of_a_walking_bias() -> None:
 @pytest.mark.study
 @pytest.mark.parametrize("instability", [1.0, 4.0])
 def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> None:
-    """A consumer sensor's wandering and four times it: 95 % within 5 %, the biases within 12 %.
+    """A consumer sensor's wandering and four times it: 95 % within 6.5 %, the biases within 15 %.
 
     The biases are their means over the session: nobody who measures for five minutes can know what
     takes ten.
     """
-    rng, repetitions = np.random.default_rng(4), 20
+    rng, repetitions = np.random.default_rng(4), 12
     inside: Counter[str] = Counter()
     looked: Counter[str] = Counter()
 
@@ -389,5 +389,5 @@ def test_intervals_hold_the_truth_where_the_bias_wanders(instability: float) -> 
         fit = fit_gyroscope(session.holds, session.rotations, found, "rad/s").fit
         assert fit is not None
         count(fit, full_parameters(session.gyroscope.matrix, session.mean_bias[3:]))
-    assert abs(inside["bias"] / looked["bias"] - 0.95) < 0.12
-    assert abs(sum(inside.values()) / sum(looked.values()) - 0.95) < 0.05
+    assert abs(inside["bias"] / looked["bias"] - 0.95) < 0.15
+    assert abs(sum(inside.values()) / sum(looked.values()) - 0.95) < 0.065

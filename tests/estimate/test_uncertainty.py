@@ -261,7 +261,7 @@ def test_the_six_position_covariance_is_that_of_its_formulae() -> None:
 @pytest.mark.study
 def test_the_gyroscopes_standard_errors_cover() -> None:
     """Six hand turns per axis, with noise of the rate and of gravity's direction."""
-    rng, repetitions = np.random.default_rng(6), 50
+    rng, repetitions = np.random.default_rng(6), 30
     truth = typical_gyroscope()
     true = full_parameters(truth.matrix, truth.bias)
     motions = [hand_turns(6, np.random.default_rng(seed), rate=25.0) for seed in range(4)]
