@@ -86,9 +86,7 @@ def right(known: HypothesisSet, shown: FloatArray, met: Rule, what: str) -> bool
             return met(known.frame.across @ (factor * shown + each))
 
         found.append(least_factor(at, 1.0))
-    return Compared(
-        what, np.ones((count, 1)), np.array(found), np.ones((count, 2, 1))
-    ).may_be_right
+    return Compared(what, np.ones((count, 1)), np.array(found), np.ones((count, 2, 1))).may_be_right
 
 
 def on_one_axis(misfit: WhitenedResiduals, term: str) -> Candidate:
