@@ -112,25 +112,39 @@ def simulations_made_once() -> Iterator[None]:
 
 @contextmanager
 def few_draws() -> Iterator[None]:
-    """Take for a size that shows the estimate at which its search begins, in two draws."""
-    from imucal_wizard.core.statistics import median
+    """Find the sizes that show from few draws."""
     from imucal_wizard.diagnose import noise_draws, significance
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(noise_draws, "DRAWS", 2)
+        patch.setattr(noise_draws, "MAX_TRIALS", 1)
+        patch.setattr(noise_draws, "SEARCHES", noise_draws.SEARCHES[-1:])
+        patch.setattr(noise_draws, "MIN_SIGMA_SHARE", 0.5)  # hardly more than the likeliest
+        # of so few draws all explanations are weighed as soon as those that matter are found
+        every = lambda effect, *_: effect._draws.every  # noqa: E731 (a method in one line)
+        patch.setattr(noise_draws.EffectInDraws, "_likely", every)
+        patch.setattr(significance, "SIMULATIONS", 100)
+        yield
+
+
+@contextmanager
+def no_search() -> Iterator[None]:
+    """Tell, as sizes that show, the estimates at which the search for them begins."""
+    from imucal_wizard.core.statistics import median
     from imucal_wizard.diagnose.noise_draws import EffectInDraws
 
     def first_estimate(self: EffectInDraws, rule: object, wanted: float, first: float) -> float:
         del rule, wanted
         return first * median(((1.0 / self._draws.variance) @ self._pattern**2) ** -0.5)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(noise_draws, "DRAWS", 2)
+    with few_draws(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(EffectInDraws, "size_meeting", first_estimate)
-        patch.setattr(significance, "SIMULATIONS", 100)
         yield
 
 
 @pytest.fixture
 def rough_sizes() -> Iterator[None]:
-    """Find the sizes that show roughly, for tests of what else a bench tells."""
+    """Find the sizes that show from few draws, for tests of what else a bench tells."""
     with few_draws():
         yield
 
@@ -139,6 +153,13 @@ def rough_sizes() -> Iterator[None]:
 def rough_sizes_throughout() -> Iterator[None]:
     """Find them so in all tests of a file."""
     with few_draws():
+        yield
+
+
+@pytest.fixture(scope="module")
+def no_sizes_throughout() -> Iterator[None]:
+    """Do not search for sizes in any test of a file, none of which looks at them."""
+    with no_search():
         yield
 
 

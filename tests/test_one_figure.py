@@ -87,10 +87,10 @@ RECORDINGS = [
 def outputs(
     request: pytest.FixtureRequest,
     tmp_path_factory: pytest.TempPathFactory,
-    rough_sizes_throughout: None,  # no recorded figure is a size
+    no_sizes_throughout: None,  # no recorded figure is a size
 ) -> Outputs:
     """What the Python interface and the commands tell; real recordings only where they are."""
-    del rough_sizes_throughout
+    del no_sizes_throughout
     case, folder = CASES[request.param], tmp_path_factory.mktemp("outputs")
     words = (*(str(located(file)) for file in case.files), *case.reading.split())
     recording = recording_of(parser().parse_args(words))

@@ -24,7 +24,7 @@ from imucal_wizard.measurement.holds import Rotation
 from imucal_wizard.measurement.rounding import in_steps, resolution_of
 from tests.calibrate.sessions import at_rate, session, true, with_accelerometer, with_gyroscope
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 
 def _during(readings: Readings, start: float, end: float) -> slice:

@@ -16,7 +16,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_accelerometer
 from imucal_wizard.estimate.result import FitReport
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 QUIET = next(one for one in DEVICES if "18 poses, 0.002" in one.name)
 

@@ -26,7 +26,7 @@ from tests.diagnose.recordings import MG
 from tests.diagnose.test_automatic import OneBench
 from tests.estimate.truth import EIGHTEEN
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 SIGMA = 0.05
 """Noise of a hold's mean, mg."""

@@ -22,7 +22,7 @@ from tests.model.restless import restless
 BASE = ("bias", "scale", "non-orthogonality")
 REFUSED = "econd-order cannot be fitted to these data"
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from imucal_wizard.report.bench_document import bench_document
 from imucal_wizard.report.bench_text import bench_text
 from tests.diagnose.recordings import fitted
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 
 def dense(found: Minimum[Experiment], sigma: float, effect: FloatArray) -> float:

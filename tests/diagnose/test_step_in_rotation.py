@@ -13,7 +13,7 @@ from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.recording import fit_readings
 from tests.diagnose.recordings import fitted
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 
 @pytest.mark.parametrize("resting", [0.0, 0.4])

@@ -24,7 +24,7 @@ from imucal_wizard.simulate.sensor import SensorModel
 from imucal_wizard.teach import make_exercise, reveal
 from imucal_wizard.teach.guess import Guess, Outcome, judge_guess
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")
 
 LONGEST = 400.0
 

@@ -11,7 +11,7 @@ from imucal_wizard.cli import main as cli
 from tests.golden.cases import ALIKE_COMMANDS, CASES, EXPECTED, TOLD_ALIKE
 from tests.golden.figures import differences, figures
 
-pytestmark = pytest.mark.usefixtures("rough_sizes_throughout")  # no recorded figure is a size
+pytestmark = pytest.mark.usefixtures("no_sizes_throughout")  # no recorded figure is a size
 
 RUNS = [
     pytest.param(name, command, marks=marks, id=f"{name}: {command}")

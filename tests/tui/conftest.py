@@ -17,7 +17,7 @@ from imucal_wizard.estimate.recording import fit_readings
 from imucal_wizard.estimate.result import FitReport
 from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
-from tests.conftest import few_draws
+from tests.conftest import no_search
 from tests.estimate.whole_session import Session
 from tests.tui import waiting
 
@@ -56,9 +56,9 @@ def calm_screens() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="module")
-def sizes_found_roughly(rough_sizes_throughout: None) -> None:
+def sizes_found_roughly(no_sizes_throughout: None) -> None:
     """What a screen shows does not depend on how exactly the sizes of a bench are computed."""
-    del rough_sizes_throughout
+    del no_sizes_throughout
 
 
 SIMULATIONS = significance.SIMULATIONS
@@ -98,7 +98,7 @@ def aligned(turned: Readings) -> FitReport:
 
 def looked_at(benches: Benches, *each: Bench) -> Benches:
     """Benches whose snapshots are made with all simulations, whichever test asks first."""
-    with few_draws(), pytest.MonkeyPatch.context() as patch:
+    with no_search(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(significance, "SIMULATIONS", SIMULATIONS)
         for bench in each:
             bench_snapshot(benches, bench)
