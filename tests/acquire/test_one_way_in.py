@@ -172,7 +172,7 @@ def _same(stream: Series | None, file: Series | None) -> None:
 
 
 @pytest.mark.parametrize("name", STYLES)
-@settings(max_examples=3, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=2, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(cuts=st.lists(st.floats(0, 1), max_size=40))
 def test_a_stream_and_a_file_of_the_same_text_are_the_same(name: str, cuts: list[float]) -> None:
     style = STYLES[name]

