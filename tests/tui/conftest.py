@@ -19,7 +19,6 @@ from imucal_wizard.simulate.recording import simulate_recording
 from imucal_wizard.tui.bench.snapshot import bench_snapshot
 from tests.conftest import no_search
 from tests.estimate.whole_session import Session
-from tests.tui import waiting
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -39,7 +38,6 @@ def calm_screens() -> Iterator[None]:
         return known[key]
 
     def first(self: Compositor, *args: object, **options: object) -> object:
-        waiting.Updates.count += 1
         kind = type(self.root)
         if kind not in drawn:
             drawn.add(kind)

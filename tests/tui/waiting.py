@@ -9,17 +9,6 @@ from textual.pilot import Pilot
 
 from tests.waiting import PATIENCE
 
-PAUSES = 0.04, 0.2
-"""Seconds between two looks at an app: at first, and when it has taken long."""
-UNSEEN = 0.5
-"""Seconds after which a screen is read again that has not asked to be drawn."""
-
-
-class Updates:
-    """How often any screen has asked to be drawn; counted where no terminal draws it."""
-
-    count = 0
-
 
 def seen(pilot: Pilot[Any]) -> str:
     """The characters of the screen, row by row."""
@@ -31,22 +20,19 @@ def seen(pilot: Pilot[Any]) -> str:
 
 async def until(pilot: Pilot[Any], true: Callable[[], bool]) -> None:
     """Wait until something is true; what is on the screen is shown when it never is."""
-    deadline, pause = time.monotonic() + PATIENCE, PAUSES[0]
+    deadline = time.monotonic() + PATIENCE
     while not true():
         assert time.monotonic() < deadline, f"never came true; the screen says\n{seen(pilot)}"
-        await asyncio.sleep(pause)  # the app goes on between two looks
-        pause = min(1.15 * pause, PAUSES[1])
+        await asyncio.sleep(0.04)  # the app goes on between two looks, each of which draws a screen
 
 
 async def shows(pilot: Pilot[Any], *texts: str) -> str:
     """Wait until all these texts are on the screen; the whole screen then."""
-    screen, drawn, again = "", -1, 0.0
+    screen = ""
 
     def shown() -> bool:
-        nonlocal screen, drawn, again
-        if Updates.count != drawn or time.monotonic() > again:  # a look draws the whole screen
-            drawn, again = Updates.count, time.monotonic() + UNSEEN
-            screen = seen(pilot)
+        nonlocal screen
+        screen = seen(pilot)
         return all(text in screen for text in texts)
 
     await until(pilot, shown)
