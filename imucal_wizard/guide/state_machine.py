@@ -323,10 +323,14 @@ class StateMachine:
     def _pass_on(self, kept: KeptHold) -> None:
         """Pass a hold to the current step."""
         self.context.run.received.add(self.step)
+        before = len(self.context.measurements.rotations)
+        more = self.step is StepKind.ROTATIONS and self.stage.finished
         self.stage.completed(kept)
         self.capture.rest_in(kept)
         self.context.watch.rest()
-        if self.stage.finished:
+        # the user went back to measure more: a rest alone is no rotation
+        begun = more and len(self.context.measurements.rotations) == before
+        if self.stage.finished and not begun:
             self.advance()
 
     def _be_patient(self, block: Block) -> None:

@@ -34,6 +34,7 @@ from imucal_wizard.core.quantities import (
 from imucal_wizard.core.records import dataclass
 from imucal_wizard.core.units import STANDARD_GRAVITY
 from imucal_wizard.diagnose.grade import Grade
+from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.distributions import quantile
 from imucal_wizard.estimate.methods import methods_of
 from imucal_wizard.estimate.result import beyond_limit, uncalibrated
@@ -349,8 +350,10 @@ def _graded(sensor: Sensor) -> dict[str, str]:
         words = f"The verdict on the model is “{sensor.verdict}”."
     if sensor.limit is not None:
         limits = sensor.error_as_left, sensor.could_be, sensor.limit, sensor.unit
-        beyond = beyond_limit(*limits) or "the error is within the limit of use"
-        words += f" {as_sentence(beyond)}"
+        beyond = beyond_limit(*limits)
+        words += f" {as_sentence(beyond or 'the error is within the limit of use')}"
+        if grade is Grade.DOUBTFUL and sensor.verdict == Verdict.COMPLETE and not beyond:
+            words += " The remarks say why it is doubtful all the same."
     return {"grade": grade.word, "grade_class": str(grade), "why": words}
 
 

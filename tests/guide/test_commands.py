@@ -202,6 +202,26 @@ def test_one_more_hold_in_a_finished_step_goes_on_by_itself() -> None:
     assert len(holds_of(machine, StepKind.UP_DOWN)) == 7
 
 
+def test_a_rest_does_not_end_the_rotations_that_the_user_went_back_to() -> None:
+    """A key does, and nothing is skipped."""
+    device = Device()
+    machine = machine_at(StepKind.ROTATIONS, device)
+    for axis, degrees in (("x", 90.0), ("y", 90.0), ("z", 90.0)) * 6:
+        if machine.status().step is not StepKind.ROTATIONS:
+            break
+        start = {"x": "+z", "y": "+z", "z": "+x"}[axis]
+        device.hold(start).rotate(axis, degrees).rest(2.5).rotate(axis, -degrees).rest(2.5)
+        machine.feed(device.taken())
+    assert machine.status().step is StepKind.RESULT
+    machine.command("back")
+    machine.feed(device.rest(5.0).taken())
+    assert machine.status().step is StepKind.ROTATIONS
+    before = machine.status().skipped
+    machine.command("skip")
+    assert machine.status().step is StepKind.RESULT
+    assert machine.status().skipped == before
+
+
 def test_steps_that_are_jumped_over_count_as_skipped_with_their_consequence() -> None:
     device = Device()
     machine = machine_at(StepKind.POSES, device)

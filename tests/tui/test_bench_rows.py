@@ -485,7 +485,7 @@ def test_the_rests_of_a_gyroscope_are_not_looked_at_as_an_accelerometer(sagged: 
 
 
 def test_a_verdict_that_does_not_fit_ends_with_a_sentence(snapshot: BenchSnapshot) -> None:
-    more, says = "  … n: all of it", snapshot.diagnosis.says
+    more, says = "  … (n shows the rest)", snapshot.diagnosis.says
     whole = " ".join(row.strip() for row in lines(verdict_rows(snapshot, 78, 9)))
     assert whole.endswith(says)
     for height in (2, 3):

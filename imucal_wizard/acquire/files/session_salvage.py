@@ -74,7 +74,10 @@ class Salvaged:
         if not self.settings:
             lost.append("the settings, for which the usual ones are taken")
         if not lost:
-            return f"the session is damaged; all {count} pieces of the received bytes were read"
+            return (
+                f"the session is damaged; all {count} pieces of the received bytes that the file "
+                "still has were read"
+            )
         return f"the session is damaged; lost are {'; '.join(lost)}; all else was read"
 
 

@@ -235,7 +235,7 @@ _MARKS = {"good": "✓", "warn": "▲", "accent": "▸"}
 
 def verdict_rows(snapshot: BenchSnapshot, width: int, height: int) -> list[Line]:
     """The verdict in the rows available: its first sentences if not all of it fits."""
-    style, words, more = snapshot.style, snapshot.diagnosis.says, "  … n: all of it"
+    style, words, more = snapshot.style, snapshot.diagnosis.says, "  … (n shows the rest)"
     mark = f" {_MARKS.get(style, '▸')} "
 
     def rows(text: str) -> list[Line]:

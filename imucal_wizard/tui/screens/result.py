@@ -123,7 +123,7 @@ class FitScreen(LiveScreen):
         """Disable keys that need a fit or a calibrated magnetometer."""
         report = self.state.report
         if action in ("bench", "compare", "table", "validate", "save", "export"):
-            return report is not None
+            return report is not None and not (action == "validate" and self.state.ended)
         if action == "leave_it":
             return bool(self.problem)
         found = report is not None and report.magnetic is not None
