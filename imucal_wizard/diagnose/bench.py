@@ -180,7 +180,9 @@ class BenchFindings:
 
     @cached_property
     def could_be(self) -> float | None:
-        """See ``could_be.could_be``."""
+        """See ``could_be.could_be``; None where nothing shows the noise."""
+        if self.fit.met_exactly:
+            return None
         return could_be(self.fit, self.misfit, self.hypotheses, self.posterior)
 
     @cached_property

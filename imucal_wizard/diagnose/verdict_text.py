@@ -312,8 +312,10 @@ def _insufficient(diagnosis: Diagnosis) -> list[str]:
     why = f"the {diagnosis.sensor}'s data are too few for this model: {diagnosis.lacking}"
     refused = of_kind([diagnosis.lacking], NoticeKind.NOT_CALIBRATED)
     sentences = [f"{capitalized(refused[0] if refused else why)}."]
-    if diagnosis.bench is not None and not diagnosis.bench.fit.unchecked:
-        fit = diagnosis.bench.fit
+    fit = None if diagnosis.bench is None else diagnosis.bench.fit
+    if fit is not None and fit.unit == "rad" and fit.met_exactly:
+        sentences.append("Nothing is left over to check the other parameters by.")
+    elif fit is not None:
         what = "all other parameters of " if fit.not_determined else ""
         unknown = {one.name for one in fit.terms if fit.size_covariance is None}
         known = [one for one in fit.model if one not in unknown]

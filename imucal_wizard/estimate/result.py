@@ -198,13 +198,16 @@ def unchecked_scale(
     """
     if unit != "rad" or bias_unit == COUNT or freedom or held_out is not None:
         return ""
-    worst = impossible_scale(matrix)
+    worst, what = impossible_scale(matrix), "rotate about each axis in both senses between still"
     if worst is None:
-        return ""
+        return (
+            "no rotation is left to check the gyroscope's fit, so nothing shows whether it is "
+            f"better than none: {what} positions"
+        )
     return (
         "no rotation is left to check the gyroscope's fit, which gives a scale of about "
-        f"{number(worst, 2)} that no sensor has: do not apply it; rotate about each axis in both "
-        "senses between still positions, or correct the unit"
+        f"{number(worst, 2)} that no sensor has: do not apply it; {what} positions, or correct the "
+        "unit"
     )
 
 
@@ -383,6 +386,11 @@ class SensorFit:
             self.sensor, self.bias_unit, self.unit, *errors, freedom, fitted, likely
         )
         return worse or self.unchecked
+
+    @property
+    def met_exactly(self) -> bool:
+        """Whether nothing is left over by which the data could contradict the fit."""
+        return not self.degrees_of_freedom and self.rms_held_out is None
 
     @property
     def unchecked(self) -> str:

@@ -143,6 +143,7 @@ def test_rotations_that_only_just_determine_an_absurd_scale_are_not_usable(
     """Nothing checks them; with more rotations such a scale is a unit, which is warned of."""
     matrix = np.diag([1.0, scale, 1.0])
     said = unchecked_scale("rad", unit, matrix, freedom, None)
+    assert ("no rotation is left to check" in said) == (freedom == 0 and unit != "count")
     assert ("no sensor has: do not apply it" in said) == refused
     assert not unchecked_scale("rad", unit, matrix, freedom, 0.001)
 

@@ -407,7 +407,7 @@ class RotationsStage:
             status,
             act=Act.ROTATE,
             instruction=rotate,
-            detail="these help most; other angles about this axis count, too",
+            detail="these help most; other angles count, too",
         )
 
     def _rotation(self) -> RotationStatus:
