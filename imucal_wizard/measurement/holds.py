@@ -420,8 +420,9 @@ def settled(blocks: Blocks, step_a: FloatArray | float = 0.0) -> Blocks:
         return blocks
     if blocks.turning and _turns(blocks.select(slice(0, first)), fading[:first]):
         return blocks
-    if not blocks.turning:  # what moves across gravity may be a hand's sway, and an exponential
-        # that is none, once taken off, makes the force longer
+    if not blocks.turning:
+        # what moves across gravity may be a hand's sway: an exponential taken off there, which is
+        # none, makes the force longer
         along = blocks.mean_a.mean(axis=0)
         along /= np.linalg.norm(along)
         on_it = float(size[best] @ along)

@@ -203,12 +203,9 @@ class CalibratedDevice:
         """The same with holds that do not sway, as far as the gyroscope shows."""
         spectrum = rest_spectrum(measured.readings, measured.holds)
         known = self.sensors.get(GYROSCOPE)
-        if known is not None:
-            size = known.size
-        elif units.get(GYROSCOPE, COUNT) != COUNT:
-            size = 1.0
-        else:
-            return measured
+        if known is None and units.get(GYROSCOPE) == COUNT:
+            return measured  # nothing tells the size of a count
+        size = 1.0 if known is None else known.size
         least = None if spectrum is None else spectrum.least
         return replace(measured, holds=without_sway(measured.holds, measured.readings, size, least))
 
