@@ -322,6 +322,9 @@ def _blind(
             f"the calibration is {number(12.0 * known.years, 2)} months old, and ageing hides "
             f"changes: {text}. No further pose helps: calibrate anew, or state a limit of use"
         )
+    if len(blind) == len(tuple(change.power.seen(given))):
+        calmer = "put it down in each pose and let it rest longer: the holds may scatter too much"
+        return f"{text}: {known.advice}. If that was done, {calmer}"
     return f"{text}: {known.advice}"
 
 

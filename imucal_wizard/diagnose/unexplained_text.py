@@ -255,8 +255,10 @@ def _course(diagnosis: Diagnosis, bench: Bench) -> list[str]:
     if diagnosis.findings is not None and diagnosis.findings.axes_change > MIN_WANDERING:
         return [
             (
-                "The difference follows the time: the axes or the scales seem to change during the "
-                "session, as where the sensor is not mounted firmly or its housing yields."
+                "A change of the axes or the scales during the session explains the difference "
+                "best, as where the sensor is not mounted firmly, its housing yields, or the axes "
+                "follow the temperature. A bias or a scale that differs from one pose to the next "
+                "by chance may look alike."
             )
         ]
     if nearest is not None:
