@@ -141,6 +141,9 @@ def _doubt(fit: SensorFit, diagnosis: Diagnosis | None, limit: float) -> str:
         return _UNLIKE[diagnosis.unlike_holds.kind]
     if diagnosis.verdict in _REASONS:
         return _REASONS[diagnosis.verdict]
+    newest = None if diagnosis.bench is None else diagnosis.bench.ladder[-1]
+    if newest is not None and newest.added is not None and newest.confirmed is False:
+        return f"data held out do not confirm {newest.added}, which its model has"
     if fit.unit == "rad/s":
         return "its error is that of rates at rest, which show no scale"
     if diagnosis.warned(NoticeKind.CLOCKS):

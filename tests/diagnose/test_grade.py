@@ -10,10 +10,12 @@ import pytest
 from imucal_wizard.core.errors import ImucalError
 from imucal_wizard.core.notices import Notice, NoticeKind, not_calibrated
 from imucal_wizard.diagnose.grade import Grade, graded, read_limits
+from imucal_wizard.diagnose.survey import diagnosis_of
 from imucal_wizard.diagnose.verdict import Verdict
 from imucal_wizard.estimate.fit_warnings import gyroscope_warnings
 from imucal_wizard.estimate.gyroscope_report import GyroscopeReport
 from imucal_wizard.estimate.result import FitReport, unchecked_scale, worse_than_none
+from tests.diagnose.test_statement import benches
 from tests.tui.fakes import diagnoses, report
 
 GOOD = diagnoses(Verdict.COMPLETE)
@@ -90,6 +92,17 @@ def test_a_gyroscope_with_another_clock_is_doubtful() -> None:
     assert found["accelerometer"].grade is Grade.GOOD
     assert found["gyroscope"].grade is Grade.DOUBTFUL
     assert "clock" in found["gyroscope"].why
+
+
+def test_a_term_that_data_held_out_do_not_confirm_makes_a_sensor_doubtful() -> None:
+    """The verdict is complete, and says that the term is to be taken out again."""
+    made = benches()
+    made.accelerometer.add("second-order")
+    said = diagnosis_of(made, made.accelerometer)
+    assert said.verdict is Verdict.COMPLETE
+    one = graded(made.fitted(), {"accelerometer": said})["accelerometer"]
+    assert one.grade is Grade.DOUBTFUL
+    assert one.why == "data held out do not confirm second-order, which its model has"
 
 
 def test_limits_are_read_from_a_file(tmp_path: Path) -> None:
