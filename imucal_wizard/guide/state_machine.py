@@ -328,9 +328,12 @@ class StateMachine:
         self.stage.completed(kept)
         self.capture.rest_in(kept)
         self.context.watch.rest()
-        # the user went back to measure more: a rest alone is no rotation
-        begun = more and len(self.context.measurements.rotations) == before
-        if self.stage.finished and not begun:
+        # the user went back to measure more: a rest is no rotation, and no new orientation
+        measured = self.context.measurements
+        nothing = more and len(measured.rotations) == before
+        if self.step is StepKind.VALIDATE:
+            nothing = all(one is not kept for one in measured.validation)
+        if self.stage.finished and not nothing:
             self.advance()
 
     def _be_patient(self, block: Block) -> None:

@@ -132,15 +132,20 @@ def test_a_recording_of_one_position_is_one_hold(offset: float, unit: str) -> No
         fit_readings(readings)
 
 
+def six_faces(folder: Path) -> tuple[Readings, Series]:
+    """A session with six poses, and its gyroscope."""
+    path = folder / "recording.csv"
+    simulate_recording(path, poses="6", seed=100, rate=200.0)
+    readings = read_files([path])
+    assert readings.gyroscope is not None
+    return readings, readings.gyroscope
+
+
 def test_a_gyroscope_whose_bias_jumps_far_hides_no_hold_of_the_accelerometer(
     tmp_path: Path,
 ) -> None:
     """The positions were said to lie in one plane, although each face had been up."""
-    path = tmp_path / "recording.csv"
-    simulate_recording(path, poses="6", seed=100, rate=200.0)
-    readings = read_files([path])
-    gyroscope = readings.gyroscope
-    assert gyroscope is not None
+    readings, gyroscope = six_faces(tmp_path)
     jumps = np.radians(3.0) * (gyroscope.time // 20.0)[:, None] * np.array([1.0, 0.0, 0.0])
     jumping = replace(readings, gyroscope=replace(gyroscope, values=gyroscope.values + jumps))
     report = fit_readings(jumping)
@@ -157,11 +162,7 @@ def test_a_gyroscope_that_jumps_within_all_holds_is_named_as_what_hides_them(
     tmp_path: Path,
 ) -> None:
     """Every second by some 30 °/s: no rest is left of which it reads the mean."""
-    path = tmp_path / "recording.csv"
-    simulate_recording(path, poses="6", seed=100, rate=200.0)
-    readings = read_files([path])
-    gyroscope = readings.gyroscope
-    assert gyroscope is not None
+    readings, gyroscope = six_faces(tmp_path)
     sizes = np.radians(30.0) * np.random.default_rng(1).standard_normal((1000, 3))
     jumping = gyroscope.values + sizes[gyroscope.time.astype(int)]
     with pytest.raises(

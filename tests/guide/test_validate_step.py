@@ -41,6 +41,9 @@ def test_what_is_saved_does_not_change_while_the_device_goes_on_resting() -> Non
     machine.feed(device.rest(5.0).taken())
     machine.command("back")
     machine.feed(device.rest(5.0).taken())
+    assert machine.status().step is StepKind.VALIDATE  # the rest is no new orientation
+    machine.feed(device.hold("+x+y+z").taken())
+    assert machine.status().step is StepKind.VALIDATE
     machine.command("skip")
     assert machine.status().step is StepKind.SAVE
     assert [hold.end for hold in machine.collected().validation] == before
